@@ -77,6 +77,13 @@ impl Command {
             Self::Bake(args) if args.shard_of_bricks().is_some() && args.layout() == Layout::Dense => {
                 Err("--shard of one mesh is a part of its bricks: add --layout sparse")
             }
+            Self::Bake(args)
+                if args.fleet.shard.is_some() && args.fleet.has_one_mesh_alone() && args.fleet.is_wanted() =>
+            {
+                Err(
+                    "--shard of one mesh bakes a part of its bricks, anew each time: remove --resume and --jobs; to share out whole meshes, give --out-dir",
+                )
+            }
             Self::Bake(args) if args.shard_of_bricks().is_some() && args.view.is_some() => {
                 Err("--view shows a whole grid: merge the parts, then use `view`")
             }
@@ -117,7 +124,7 @@ pub struct MergeArgs {
     #[arg(value_name = "PART", required = true)]
     pub parts: Vec<PathBuf>,
     /// Where to write the grid.
-    #[arg(short, long, value_name = "OUT.sdf.h5", value_parser = PathBufValueParser::new().try_map(values::grid_file))]
+    #[arg(short, long, value_name = "OUT.sdf.h5", value_parser = PathBufValueParser::new().try_map(values::merged_file))]
     pub output: PathBuf,
     #[command(flatten)]
     pub threads: Threads,

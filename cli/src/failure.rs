@@ -1,4 +1,5 @@
-//! How the program says that it failed: one line on standard error; with --json, an object on standard output too.
+//! How the program says that it failed: one line on standard error; with --json, an object on standard output too, unless the command
+//! has printed its own.
 
 use std::ffi::OsStr;
 use std::io::ErrorKind;
@@ -46,8 +47,8 @@ pub(crate) use misuse;
 /// Reports what went wrong.
 pub fn report(error: &anyhow::Error) {
     let sentence = sentence(error);
-    // Of several meshes each has had its object.
-    if is_json_wanted() && !error.is::<FleetFailure>() {
+    // Of several meshes each has had its object, and so has a field that does not match.
+    if is_json_wanted() && !error.is::<FleetFailure>() && !error.is::<Mismatch>() {
         print_object(&sentence);
     }
     eprintln!("sdftool: {sentence}");
@@ -67,6 +68,18 @@ impl std::fmt::Display for FleetFailure {
 }
 
 impl std::error::Error for FleetFailure {}
+
+/// A field does not match its mesh, as the command's own object says.
+#[derive(Debug)]
+pub struct Mismatch(pub String);
+
+impl std::fmt::Display for Mismatch {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for Mismatch {}
 
 /// Exit status: 2 for wrong usage, 3 where some of several meshes were baked and others not, else 1.
 pub fn status(error: &anyhow::Error) -> u8 {

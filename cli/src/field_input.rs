@@ -2,9 +2,9 @@ use std::path::Path;
 
 use anyhow::{Context, Result, anyhow, bail};
 use sdf_core::AnyField;
-use sdf_field::ContactOptions;
+use sdf_field::{ContactOptions, Field};
 use sdf_formats::blob_file::StoredBlob;
-use sdf_formats::field_file::{self, Field, OpenField};
+use sdf_formats::field_file::{self, OpenField};
 
 use crate::mesh_input::{bytes, is_device, is_standard_input, shown};
 
@@ -20,37 +20,34 @@ pub fn open(path: &Path) -> Result<OpenField<'static>> {
     Ok(field_file::open(path)?)
 }
 
-/// The field of a file, or of standard input.
-pub fn read(path: &Path) -> Result<Field> {
+/// The field of a file, or of standard input, as queries take it: with all of its samples.
+pub fn read_whole(path: &Path) -> Result<Field> {
     Ok(match open(path)? {
-        OpenField::Grid(reader) => Field::Grid(reader.read()?),
-        OpenField::Blob(blob) => Field::Analytic(blob.grid.into()),
-        OpenField::Analytic(field) => Field::Analytic(field),
+        OpenField::Grid(reader) => Field::from_stored(reader.read()?),
+        OpenField::Blob(blob) => Field::from_blob(blob),
+        OpenField::Analytic(field) => Field::new(field),
     })
 }
 
-/// The field of a file, or of standard input, as queries take it: with all of its samples.
-pub fn read_whole(path: &Path) -> Result<sdf_field::Field> {
-    Ok(match read(path)? {
-        Field::Grid(stored) => sdf_field::Field::from_stored(stored),
-        Field::Analytic(field) => sdf_field::Field::new(field),
+/// Refuses a margin at which contacts would be false, or left out.
+pub fn check_margin(path: &Path, field: &Field, options: &ContactOptions) -> Result<()> {
+    options.check_margin(field).map_err(|error| {
+        let advice =
+            if error.is_too_deep() { ", or find contacts of a mesh by `contacts` with --complete" } else { "" };
+        anyhow!("{}: {error}{advice}", path.display())
     })
 }
 
 /// Shapes in closed form, if the margin leaves out nothing of the grids in them.
-pub fn from_shapes(path: &Path, shapes: AnyField, options: &ContactOptions) -> Result<sdf_field::Field> {
-    let field = sdf_field::Field::new(shapes);
-    options.check_margin(&field).map_err(|error| {
-        let advice =
-            if error.is_too_deep() { ", or find contacts of a mesh by `contacts` with --complete" } else { "" };
-        anyhow!("{}: {error}{advice}", path.display())
-    })?;
+pub fn from_shapes(path: &Path, shapes: AnyField, options: &ContactOptions) -> Result<Field> {
+    let field = Field::new(shapes);
+    check_margin(path, &field, options)?;
     Ok(field)
 }
 
 /// The field of a blob, if it has distances as far as the margin.
-pub fn from_blob(path: &Path, blob: StoredBlob, margin: f64) -> Result<sdf_field::Field> {
-    let field = sdf_field::Field::from_blob(blob);
+pub fn from_blob(path: &Path, blob: StoredBlob, margin: f64) -> Result<Field> {
+    let field = Field::from_blob(blob);
     let checked = field.info().map_or(Ok(()), |info| info.check_margin(margin));
     checked.with_context(|| path.display().to_string())?;
     Ok(field)

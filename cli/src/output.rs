@@ -47,6 +47,24 @@ pub fn write_contacts<T: Record>(
     }
 }
 
+/// Is it in a folder of devices, as /dev/stdout is, or a link to there? Even where it stands for a regular file, whoever opened that
+/// file writes to it too, and a rename would take it away.
+fn is_device(output: &Path, folder: &Path) -> bool {
+    let (mut path, mut folder) = (output.to_owned(), folder.to_owned());
+    // As many links as systems follow.
+    for _ in 0..40 {
+        let Ok(found) = fs::canonicalize(&folder) else { return false };
+        let is_device = found.starts_with("/dev") && !found.starts_with("/dev/shm");
+        if is_device || found.starts_with("/proc") {
+            return true;
+        }
+        let Ok(next) = fs::read_link(&path) else { return false };
+        path = found.join(next);
+        folder = path.parent().unwrap_or(Path::new("/")).to_owned();
+    }
+    false
+}
+
 /// Refuses an output that cannot be written, before any work is done: in a missing folder, over something that is not a
 /// regular file, or over one of the inputs or a file that one of them names.
 pub fn ensure_writable(output: &Path, inputs: &[&Path]) -> Result<()> {
@@ -57,6 +75,9 @@ pub fn ensure_writable(output: &Path, inputs: &[&Path]) -> Result<()> {
     let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     if !fs::metadata(folder).with_context(|| format!("{shown}: cannot write into {}", folder.display()))?.is_dir() {
         bail!("{shown}: {} is not a folder: give a path in a folder that exists", folder.display());
+    }
+    if is_device(output, folder) {
+        bail!("{shown}: is not a regular file: give another name");
     }
     match fs::metadata(output) {
         Ok(there) if there.is_dir() => bail!("{shown}: is a folder: give the name of a file in it"),

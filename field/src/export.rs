@@ -9,10 +9,10 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use sdf_bake::{DenseGrid, lattice_around};
-use sdf_core::Sdf;
 use sdf_core::grid::Lattice;
 use sdf_core::grid::owned::{OwnedGrid, Precision};
 use sdf_core::nalgebra::Vector3;
+use sdf_core::{Interval, Sdf};
 pub use sdf_formats::export::ExportFormat;
 use sdf_formats::export::{self, RawFacts};
 use sdf_formats::{atomic_write, blob_file};
@@ -26,7 +26,7 @@ pub struct ExportOptions {
     /// Cells along the longest side of what is sampled; `None` stands for the grid's own nodes, and for 128 of a closed form.
     pub cells: Option<u32>,
     /// Half width of a NanoVDB level set's band, in cells; `None` stands for the band of a sparse grid, and for 4 of others. Never
-    /// more than the band of a sparse grid.
+    /// more than the band of a sparse grid, also where that is sampled again, moved or part of a combination.
     pub band: Option<u32>,
     /// The name of a NanoVDB grid or of a table; `distance` where it is empty.
     pub name: String,
@@ -43,6 +43,8 @@ pub struct Exported {
     pub bytes: Vec<u8>,
     /// The lattice of its samples, or on which its surface was extracted.
     pub lattice: Lattice,
+    /// Half width of a NanoVDB level set's band; `None` of other formats.
+    pub band: Option<f64>,
     /// Facts for the file that describes a raw one.
     facts: Option<RawFacts>,
 }
@@ -59,6 +61,8 @@ impl Exported {
 pub struct Written {
     /// See [`Exported::lattice`].
     pub lattice: Lattice,
+    /// See [`Exported::band`].
+    pub band: Option<f64>,
     /// The file, then its description if it has one.
     pub files: Vec<PathBuf>,
 }
@@ -87,6 +91,8 @@ pub enum ExportError {
         /// Nodes along each axis. Between more of them the field may have a surface, if it is not a grid with these.
         nodes: [u32; 3],
     },
+    /// The surface lies beyond the band of a sparse grid that the field is made of.
+    BeyondBand,
     /// A number of the grid is too large for f32, or there are more bricks than u32 counts.
     NotABlob,
     /// The file could not be written.
@@ -108,6 +114,9 @@ impl fmt::Display for ExportError {
                     "the surface is empty: between {x} × {y} × {z} nodes the distance is nowhere 0, use more cells"
                 )
             }
+            Self::BeyondBand => f.write_str(
+                "its surface lies beyond the band in which a sparse grid in this combination has distances: bake it with a wider band, or dense",
+            ),
             Self::NotABlob => {
                 f.write_str("a number of the grid is too large for a blob, whose numbers are f32: change the unit")
             }
@@ -155,7 +164,7 @@ impl Field {
             write(&beside, text.as_bytes())?;
             files.push(beside);
         }
-        Ok(Written { lattice: exported.lattice, files })
+        Ok(Written { lattice: exported.lattice, band: exported.band, files })
     }
 
     /// The grid itself, or samples of the field on a lattice of so many cells.
@@ -192,13 +201,21 @@ impl Field {
         let samples = Threads::ALL.map_chunks(&rows, 64, |_, rows| rows.iter().flat_map(|index| row(*index)).collect());
         let samples: Vec<Vec<f32>> = samples;
         let dense = DenseGrid::from_samples(&lattice, samples.concat()).ok_or(ExportError::NotFinite)?;
-        Ok(dense.into_grid(&lattice).grid)
+        // Beyond the band of what was sampled, samples are no distances either.
+        Ok(dense.into_grid(&lattice).grid.with_band(self.known_band()?))
+    }
+
+    /// Half width of the band of levels at which φ is the distance; infinite where it is everywhere.
+    fn known_band(&self) -> Result<f64, ExportError> {
+        let Interval { lower, upper } = self.known_levels();
+        Some(upper.min(-lower)).filter(|band| *band > 0.0).ok_or(ExportError::BeyondBand)
     }
 
     fn exported(&self, format: ExportFormat, options: &ExportOptions) -> Result<Exported, ExportError> {
+        self.known_band()?;
         if format == ExportFormat::Glb {
             let lattice = self.lattice(options.cells)?;
-            return Ok(Exported { bytes: self.glb(&lattice)?, lattice, facts: None });
+            return Ok(Exported { bytes: self.glb(&lattice)?, lattice, band: None, facts: None });
         }
         let grid = self.sampled(options.cells)?;
         let lattice = *grid.lattice();
@@ -211,7 +228,7 @@ impl Field {
                 ExportFormat::Rust => export::rust_table(&blob, name, &about).into_bytes(),
                 _ => blob,
             };
-            return Ok(Exported { bytes, lattice, facts: None });
+            return Ok(Exported { bytes, lattice, band: None, facts: None });
         }
         if format == ExportFormat::Nvdb {
             let cells = options.band.map_or(f64::from(PADDING), f64::from);
@@ -219,7 +236,7 @@ impl Field {
             let band =
                 if options.band.is_none() && grid.band().is_finite() { grid.band() } else { wanted.min(grid.band()) };
             let bytes = export::nvdb(&grid, name, band).ok_or(ExportError::NoSurface { nodes: lattice.nodes() })?;
-            return Ok(Exported { bytes, lattice, facts: None });
+            return Ok(Exported { bytes, lattice, band: Some(band), facts: None });
         }
         // Decoded samples, and the bytes of the file.
         require(&lattice, 8.0)?;
@@ -231,7 +248,7 @@ impl Field {
             _ => export::raw(&samples),
         };
         let facts = (format == ExportFormat::Raw).then(|| self.facts(&grid, options));
-        Ok(Exported { bytes, lattice, facts })
+        Ok(Exported { bytes, lattice, band: None, facts })
     }
 
     /// The bytes of a blob of the grid. Its padding is that of the baked grid, else as far as margins see distances.
@@ -251,7 +268,7 @@ impl Field {
         RawFacts {
             error_bound: info.map(|info| info.error_bound).filter(|bound| bound.is_finite()),
             slope_bound: grid.slope_bound(),
-            band: info.and_then(|info| info.band),
+            band: Some(grid.band()).filter(|band| band.is_finite()),
             source: self.info().map(|info| info.source.name.clone()).filter(|name| !name.is_empty()),
         }
     }

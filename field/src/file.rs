@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use sdf_core::AnyField;
-use sdf_core::grid::owned::{OwnedBricks, OwnedGrid, OwnedStorage};
+use sdf_core::grid::owned::{Layout, OwnedBricks, OwnedGrid, OwnedStorage};
 use sdf_formats::field_file::{self, OpenField};
 use sdf_formats::grid_file::{
     self, About, DeepValues, DenseBlockSamples, Samples, SparseSamples, StoredGrid, StoredMesh, WriteOptions,
@@ -116,7 +116,9 @@ impl Field {
     }
 
     fn baked_grid(&self) -> Result<(&OwnedGrid, &GridInfo), SaveError> {
+        let is_of_sparse = |grid: &OwnedGrid| grid.storage().layout() == Layout::Dense && grid.band().is_finite();
         match (self.as_any(), self.info()) {
+            (AnyField::Grid(grid), Some(_)) if is_of_sparse(grid) => Err(SaveError::DenseWithBand),
             (AnyField::Grid(grid), Some(info)) => Ok((grid, info)),
             _ => Err(SaveError::NotABakedGrid),
         }
@@ -129,6 +131,8 @@ impl Field {
 pub enum SaveError {
     /// A grid that was neither baked nor read from a file has no [`GridInfo`], which its file would state.
     NotABakedGrid,
+    /// The dense grid was sampled from a sparse one: beyond a band it has no distances, which only a blob can say.
+    DenseWithBand,
     /// The closed form has no text, or the file could not be written.
     ClosedForm(FieldError),
     /// The file could not be written.
@@ -143,6 +147,9 @@ impl std::fmt::Display for SaveError {
             Self::NotABakedGrid => {
                 f.write_str("the grid has no GridInfo, so that it cannot be saved: make the field by Field::from_grid")
             }
+            Self::DenseWithBand => f.write_str(
+                "the grid was sampled from a sparse one and has distances only within a band, which its file cannot say: export it as a blob",
+            ),
             Self::ClosedForm(error) => error.fmt(f),
             Self::Grid(error) => error.fmt(f),
             Self::Fault(fault) => fault.fmt(f),
@@ -156,7 +163,7 @@ impl std::error::Error for SaveError {
             Self::ClosedForm(error) => Some(error),
             Self::Grid(error) => Some(error),
             Self::Fault(fault) => Some(fault),
-            Self::NotABakedGrid => None,
+            Self::NotABakedGrid | Self::DenseWithBand => None,
         }
     }
 }

@@ -11,7 +11,6 @@ use flate2::Compression;
 use flate2::write::ZlibEncoder;
 use sdf_bake::lattice_around;
 use sdf_core::grid::Lattice;
-use sdf_core::grid::owned::Layout;
 use sdf_core::grid::sparse::BRICK;
 use sdf_core::nalgebra::Vector3;
 use sdf_core::placed::{Placement, Rigid};
@@ -177,14 +176,14 @@ impl<'a> Scene<'a> {
             let lattice = grid.lattice();
             row("nodes", format!("{}, {}", counts(lattice.nodes()), grid.storage().layout().name()));
             row("spacing", number(lattice.spacing()));
-            if grid.storage().layout() == Layout::Sparse {
+            if grid.band().is_finite() {
                 row("band", number(grid.band()));
             }
         }
         let error = self.field.info().map(|info| info.error_bound);
         match error {
             Some(bound) if bound.is_finite() => row("certified error", format!("at most {}", number(bound))),
-            Some(_) => row("error", "unknown: the samples were imported".to_owned()),
+            Some(_) => row("error", "unknown: no error is certified".to_owned()),
             None => row("field", "a closed form".to_owned()),
         }
         if self.mesh.is_some() {

@@ -34,6 +34,13 @@ impl Field {
         Some(self.info().map_or_else(of_any, |info| info.max_margin())).filter(|margin| margin.is_finite())
     }
 
+    /// Levels at which φ is the distance, up to error bounds: those within the band of a sparse grid, also where it is moved or part of a
+    /// combination; all of other fields. The lower end is above the upper one where there are none.
+    pub fn known_levels(&self) -> Interval<f64> {
+        let Reach { not_above, not_below } = Reach::of(self.as_any());
+        Interval { lower: not_above.lower.max(not_below.lower), upper: not_above.upper.min(not_below.upper) }
+    }
+
     /// Is it a grid, or made of one?
     pub fn has_grid(&self) -> bool {
         has_grid(self.as_any())

@@ -28,7 +28,8 @@ static ACTIVE_FOLDERS: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 /// exists and is not a regular file (a folder, a device, a pipe) is refused, because a rename would replace it; so is one
 /// that is read-only. What is replaced hands on its permissions.
 ///
-/// A second write of the same target at the same time is refused. What killed processes left of writes of this target is
+/// A second write of the same target by this process at the same time is refused. Other processes write it too, each into a folder of
+/// its own: the file is that of the last one to end, whole. What killed processes left of writes of this target is
 /// removed.
 pub fn atomic_write<T, E: From<io::Error>>(target: &Path, write: impl FnOnce(&Path) -> Result<T, E>) -> Result<T, E> {
     let target = replaceable(target)?;

@@ -103,10 +103,12 @@ pub struct FleetArgs {
     #[arg(value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub jobs: u16,
     /// Bake the I-th of N shares of the work, counted from 0: with 0/3, 1/3 and 2/3 three machines share it. Of one mesh, a share is a
-    /// part of its bricks, for `merge`; with --list, --out-dir or more meshes, every N-th mesh from the I-th on.
+    /// part of its bricks, for `merge`, as MESH.part-I-of-N.h5 without -o, and takes neither --resume nor --jobs; with --list, --out-dir
+    /// or more meshes, every N-th mesh from the I-th on.
     #[arg(long, value_name = "I/N", allow_hyphen_values = true, help_heading = "Sharing the work")]
     pub shard: Option<Shard>,
-    /// Keep grids that are there already and undamaged, of the same mesh by its SHA-256, with the same options and version.
+    /// Keep grids that are there already and undamaged, of the same mesh by its SHA-256, with the same options and version, however
+    /// they are packed.
     #[arg(long, help_heading = MANY)]
     pub resume: bool,
 }
@@ -118,6 +120,11 @@ impl FleetArgs {
     pub fn is_wanted(&self) -> bool {
         let Self { more, list, out_dir, jobs, shard: _, resume } = self;
         !more.is_empty() || list.is_some() || out_dir.is_some() || *jobs > 1 || *resume
+    }
+
+    /// Is there one mesh, and no option that names more or a folder for the grids of more?
+    pub fn has_one_mesh_alone(&self) -> bool {
+        self.more.is_empty() && self.list.is_none() && self.out_dir.is_none()
     }
 }
 

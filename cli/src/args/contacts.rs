@@ -71,7 +71,7 @@ pub struct ContactsArgs {
     pub lean: bool,
     /// Report elements that come within this distance of the surface, in the mesh's unit; negative: report only contacts at
     /// least this deep. For two fields: points within it of both, which exist if the gap is at most twice as wide.
-    #[arg(long, value_name = "D", default_value_t = 0.0, value_parser = finite, allow_negative_numbers = true)]
+    #[arg(long, value_name = "D", default_value_t = 0.0, value_parser = finite, allow_hyphen_values = true)]
     pub margin: f64,
     #[command(flatten)]
     pub pose: PoseArgs,
@@ -229,7 +229,7 @@ pub struct CompareArgs {
     #[arg(long, value_enum, default_value_t = Elements::Faces)]
     pub elements: Elements,
     /// Compare on elements that come within this distance of the surface, in the mesh's unit.
-    #[arg(long, value_name = "D", default_value_t = 0.0, value_parser = finite, allow_negative_numbers = true)]
+    #[arg(long, value_name = "D", default_value_t = 0.0, value_parser = finite, allow_hyphen_values = true)]
     pub margin: f64,
     /// Recommend only methods whose error is within this fraction of an edge's length for 95 % of the contacts.
     #[arg(long, value_name = "FRACTION", default_value_t = 1e-3, value_parser = positive, allow_negative_numbers = true)]

@@ -30,10 +30,11 @@ pub struct ExportArgs {
     /// Number of cells along the longest side [default: the grid's own nodes; 128 for shapes in closed form].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096), allow_negative_numbers = true)]
     pub res: Option<u32>,
-    /// Half width of a NanoVDB level set's band, in cells [default: the band of a sparse grid; 4].
+    /// Half width of a NanoVDB level set's band, in cells; of a sparse grid at most its own [default: the band of a sparse grid; 4].
     #[arg(long, value_name = "VOXELS", value_parser = clap::value_parser!(u32).range(1..=1000), allow_negative_numbers = true)]
     pub band: Option<u32>,
-    /// Type of the samples of a blob or table [default: the grid's own]. Rounding to u16 or u8 widens the certified bounds.
+    /// Type of the samples of a blob or table [default: the grid's own]. u16 and u8 are steps of each block of 8 × 8 × 8 nodes, or of the
+    /// whole range of a dense grid of f32; rounding widens the certified bounds.
     #[arg(long, value_parser = precisions())]
     pub precision: Option<Precision>,
     #[command(flatten)]
@@ -95,7 +96,7 @@ pub struct ViewArgs {
     #[arg(short, long, value_name = "PAGE.html", value_parser = PathBufValueParser::new().try_map(page_file))]
     pub output: Option<PathBuf>,
     /// Show faces that come within this distance of the surface, in the mesh's unit; it needs a mesh [default: 0].
-    #[arg(long, value_name = "D", value_parser = finite, allow_negative_numbers = true, requires = "mesh")]
+    #[arg(long, value_name = "D", value_parser = finite, allow_hyphen_values = true, requires = "mesh")]
     pub margin: Option<f64>,
     #[command(flatten)]
     pub pose: PoseArgs,

@@ -56,7 +56,7 @@ pub struct VerifyArgs {
     /// Check every node of the grid; of a sparse grid, those in bricks and those of its coarse grid.
     #[arg(long)]
     pub all_nodes: bool,
-    /// Compute tight error bounds of a sparse grid's bricks, as bake --certify tight does. Of a mesh that is closed, and one shell.
+    /// Compute tight error bounds of a sparse grid's bricks, as bake --certify tight does. Of a mesh that is closed, and one shell; not of blobs.
     #[arg(long)]
     pub tight: bool,
     /// Where to draw a histogram of the errors, an SVG [default: nowhere].
@@ -85,7 +85,7 @@ pub struct SliceArgs {
     #[arg(long, value_enum, default_value_t = Axis::Z)]
     pub axis: Axis,
     /// Position of the plane on the axis, within the field's box [default: its middle].
-    #[arg(long, value_name = "X", value_parser = finite, allow_negative_numbers = true)]
+    #[arg(long, value_name = "X", value_parser = finite, allow_hyphen_values = true)]
     pub at: Option<f64>,
     /// Pixels along the picture's longer side.
     #[arg(long, value_name = "N", default_value_t = 1024, allow_negative_numbers = true)]
@@ -114,7 +114,7 @@ pub struct SurfaceArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096), allow_negative_numbers = true)]
     pub res: Option<u32>,
     /// Extract the level set of this distance. Where it leaves the box of the grid, the surface is open: a warning says so.
-    #[arg(long, value_name = "D", default_value_t = 0.0, value_parser = finite, allow_negative_numbers = true)]
+    #[arg(long, value_name = "D", default_value_t = 0.0, value_parser = finite, allow_hyphen_values = true)]
     pub level: f64,
     #[command(flatten)]
     pub json: Json,

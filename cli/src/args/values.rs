@@ -118,6 +118,14 @@ pub fn grid_file(path: PathBuf) -> Result<PathBuf, &'static str> {
     ends_in(path, &["h5", "hdf5"], "use a name that ends in .sdf.h5, .h5 or .hdf5, or - for standard output")
 }
 
+/// A grid that is joined from parts, which cannot go to standard output: the command says why.
+pub fn merged_file(path: PathBuf) -> Result<PathBuf, &'static str> {
+    if is_standard_output(&path) {
+        return Ok(path);
+    }
+    ends_in(path, &["h5", "hdf5"], "use a name that ends in .sdf.h5, .h5 or .hdf5")
+}
+
 pub fn picture_file(path: PathBuf) -> Result<PathBuf, &'static str> {
     if is_standard_output(&path) {
         return Ok(path);

@@ -4,9 +4,9 @@ use std::io::Write;
 
 use anyhow::Result;
 use sdf_core::nalgebra::Vector3;
-use sdf_core::{Aabb, EnclosedSdf, Status};
+use sdf_core::{Aabb, EnclosedSdf, Sample, Status};
 use sdf_formats::field_file::OpenField;
-use serde_json::json;
+use serde::{Serialize, Serializer};
 
 use crate::args::EvalArgs;
 use crate::failure::misuse;
@@ -35,23 +35,11 @@ pub fn run(args: &EvalArgs) -> Result<()> {
 }
 
 fn print<F: EnclosedSdf>(args: &EvalArgs, field: &F, points: &[[f64; 3]], read: Option<ReadSummary>) -> Result<()> {
-    let samples = points.iter().map(|point| (point, field.sample(Vector3::from(*point))));
     if args.json.wanted {
-        let samples: Vec<_> = samples
-            .map(|(point, sample)| {
-                json!({
-                    "point": point,
-                    "distance": sample.value,
-                    "gradient": <[f64; 3]>::from(sample.gradient),
-                    "degenerate_gradient": sample.status.degenerate_gradient,
-                    "outside_grid": sample.status.outside_grid,
-                    "beyond_band": sample.status.beyond_band,
-                    "not_finite": sample.status.not_finite,
-                })
-            })
-            .collect();
-        return print_json(&json!({"schema": "sdftool.eval/1", "samples": samples, "read": read}));
+        let read = serde_json::to_value(read)?;
+        return print_json(&Document { read, samples: Samples { field, points }, schema: "sdftool.eval/1" });
     }
+    let samples = points.iter().map(|point| (point, field.sample(Vector3::from(*point))));
     to_stdout(|out| {
         writeln!(out, "x,y,z,distance,gx,gy,gz,status")?;
         for ([x, y, z], sample) in samples {
@@ -61,6 +49,47 @@ fn print<F: EnclosedSdf>(args: &EvalArgs, field: &F, points: &[[f64; 3]], read: 
         }
         Ok(())
     })
+}
+
+#[derive(Serialize)]
+struct Document<S> {
+    read: serde_json::Value,
+    samples: S,
+    schema: &'static str,
+}
+
+/// Samples that are taken as they are written: there may be millions.
+struct Samples<'a, F> {
+    field: &'a F,
+    points: &'a [[f64; 3]],
+}
+
+#[derive(Serialize)]
+struct SampleRecord {
+    beyond_band: bool,
+    degenerate_gradient: bool,
+    distance: f64,
+    gradient: [f64; 3],
+    not_finite: bool,
+    outside_grid: bool,
+    point: [f64; 3],
+}
+
+impl<F: EnclosedSdf> Serialize for Samples<'_, F> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(self.points.iter().map(|point| {
+            let Sample { value, gradient, status } = self.field.sample::<f64>(Vector3::from(*point));
+            SampleRecord {
+                beyond_band: status.beyond_band,
+                degenerate_gradient: status.degenerate_gradient,
+                distance: value,
+                gradient: gradient.into(),
+                not_finite: status.not_finite,
+                outside_grid: status.outside_grid,
+                point: *point,
+            }
+        }))
+    }
 }
 
 /// The worst of what is wrong with a sample: as in files of contacts, where one column has room for one word.

@@ -49,17 +49,21 @@ pub fn run(args: &ExportArgs) -> Result<()> {
     };
     let exported = progress::on_threads(args.threads, || {
         if to_stdout {
-            let Exported { lattice, bytes, .. } = field.export(format, &options)?;
-            return Ok((lattice, vec![], bytes));
+            let Exported { lattice, band, bytes, .. } = field.export(format, &options)?;
+            return Ok((lattice, band, vec![], bytes));
         }
-        let Written { lattice, files } = field.export_to(&output, format, &options)?;
-        Ok((lattice, files, vec![]))
+        let Written { lattice, band, files } = field.export_to(&output, format, &options)?;
+        Ok((lattice, band, files, vec![]))
     })?;
-    let (lattice, files, printed) = exported.map_err(|error| match error {
+    let (lattice, band, files, printed) = exported.map_err(|error| match error {
         ExportError::Unwritable(path, error) => anyhow::Error::new(error).context(path.display().to_string()),
         ExportError::NoSurface { nodes } => {
             let finer = if field.grid().is_some() && args.res.is_none() { "bake with" } else { "use" };
-            anyhow::anyhow!("{}: {}, {finer} a larger --res", args.sdf.display(), empty_between(nodes, 0.0))
+            let open = match format {
+                ExportFormat::Glb => ", or take `surface --level`: an open mesh without an inside has a surface at distances above 0 alone",
+                _ => "",
+            };
+            anyhow::anyhow!("{}: {}, {finer} a larger --res{open}", args.sdf.display(), empty_between(nodes, 0.0))
         }
         error => anyhow::anyhow!("{}: {error}", args.sdf.display()),
     })?;
@@ -76,6 +80,7 @@ pub fn run(args: &ExportArgs) -> Result<()> {
         ("format", format.name().to_owned()),
         ("nodes", format!("{}, spacing {}", counts(lattice.nodes()), number(lattice.spacing()))),
     ];
+    rows.extend(band.map(|band| ("band", format!("{}, {} voxels", number(band), number(band / lattice.spacing())))));
     rows.extend(files.iter().zip(&bytes).map(row));
     let mut json = json!({
         "schema": "sdftool.export/1",
@@ -85,6 +90,9 @@ pub fn run(args: &ExportArgs) -> Result<()> {
         "spacing": lattice.spacing(),
         "files": files.iter().zip(&bytes).map(|(file, bytes)| json!({"path": file.display().to_string(), "bytes": bytes})).collect::<Vec<_>>(),
     });
+    if let Some(band) = band {
+        json["band"] = band.into();
+    }
     if let Some(warning) = warning {
         json["warning"] = warning.into();
     }

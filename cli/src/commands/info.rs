@@ -12,12 +12,8 @@ use crate::read_summary::bytes_of;
 use crate::report::{Report, counted, counts, number};
 use crate::{error_regions, field_input};
 
-fn error_row(bound: f64) -> String {
-    if bound.is_finite() {
-        format!("at most {}", number(bound))
-    } else {
-        "unknown: the samples were imported".to_owned()
-    }
+fn error_row(bound: f64, why_unknown: &str) -> String {
+    if bound.is_finite() { format!("at most {}", number(bound)) } else { format!("unknown: {why_unknown}") }
 }
 
 pub fn run(args: &InfoArgs) -> Result<()> {
@@ -47,7 +43,7 @@ pub fn run(args: &InfoArgs) -> Result<()> {
                 ("box", format!("({}) to ({})", corner(bounds.min), corner(bounds.max))),
                 ("sign", about.sign_reason.clone()),
                 ("slope", format!("at most {}", number(about.slope_bound))),
-                ("error", error_row(about.error_bound)),
+                ("error", error_row(about.error_bound, "the samples were imported")),
                 (
                     "source",
                     format!("{}, {}, SHA-256 {sha256}", about.source.name, counted(about.source.triangles, "triangle")),
@@ -134,7 +130,7 @@ fn blob_report(StoredBlob { grid, precision, padding }: &StoredBlob) -> Report<s
             ("spacing", number(lattice.spacing())),
             ("box", format!("({}) to ({})", corner(bounds.min), corner(bounds.max))),
             ("slope", format!("at most {}", number(grid.slope_bound()))),
-            ("error", error_row(grid.global_error_bound())),
+            ("error", error_row(grid.global_error_bound(), "no error is certified")),
             ("padding", format!("{} around the mesh", number(*padding))),
         ],
         json: json!({

@@ -1,7 +1,7 @@
 //! Draws a plane through a field. Of a grid, only the samples near the plane are read.
 
 use anyhow::{Result, bail};
-use sdf_core::grid::owned::OwnedGrid;
+use sdf_core::grid::owned::{Layout, OwnedGrid};
 use sdf_core::grid::sparse::BRICK;
 use sdf_core::{Aabb, Sdf};
 use sdf_formats::field_file::OpenField;
@@ -39,7 +39,7 @@ pub fn run(args: &SliceArgs) -> Result<()> {
 fn draw(args: &SliceArgs, grid: &OwnedGrid, plane: Plane) -> Result<()> {
     let band = Some(grid.band()).filter(|band| band.is_finite());
     let mut picture = Picture::new(grid, plane, args.pixels, band);
-    if band.is_some() {
+    if grid.storage().layout() == Layout::Sparse {
         let side = grid.lattice().spacing() * f64::from(BRICK);
         picture.bricks(grid.lattice().origin(), side, |slot| grid.storage().brick_at(slot).is_some());
     }
@@ -58,8 +58,8 @@ fn plane(args: &SliceArgs, window: Aabb) -> Result<Plane> {
     let at = args.at.unwrap_or(0.5 * (first + last));
     if !(first..=last).contains(&at) {
         let name = NAMES[axis];
-        let [at, first, last] = [at, first, last].map(number);
-        bail!("{}: --at {at} is outside the field's box: use {name} from {first} to {last}", args.sdf.display());
+        // In all digits: an end that is rounded may be outside again.
+        bail!("{}: --at {at:?} is outside the field's box: use {name} from {first:?} to {last:?}", args.sdf.display());
     }
     Ok(Plane { axis, at, window })
 }

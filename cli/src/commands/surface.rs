@@ -3,9 +3,8 @@
 use anyhow::{Context, Result, bail};
 use sdf_bake::lattice_around;
 use sdf_core::grid::Lattice;
-use sdf_core::{Aabb, Interval, Sdf};
+use sdf_core::{Aabb, Interval};
 use sdf_field::{Field, SurfaceMesh, Threads};
-use sdf_formats::field_file::Field as FileField;
 use sdf_formats::mesh::{self, MeshFormat};
 use serde_json::json;
 
@@ -20,30 +19,17 @@ const DEFAULT_RES: u32 = 128;
 pub fn run(args: &SurfaceArgs) -> Result<()> {
     output::ensure_writable(&args.output, &[&args.sdf])?;
     output::ensure_alone(&args.output, args.json)?;
-    let (field, lattice) = match field_input::read(&args.sdf)? {
-        FileField::Grid(stored) => {
-            if let Some(band) = stored.sparse.map(|sparse| sparse.band).filter(|band| args.level.abs() > *band) {
-                bail!(
-                    "{}: --level {} lies beyond the band of {} in which the grid has distances: bake with a larger --band",
-                    args.sdf.display(),
-                    number(args.level),
-                    number(band)
-                );
-            }
-            let own = *stored.grid.lattice();
-            let lattice = match args.res {
-                Some(res) => lattice(args, &own.bounds(), res)?,
-                None => own,
-            };
-            (Field::from_stored(stored), lattice)
-        }
-        FileField::Analytic(node) => {
-            let bounds = node.bounds(args.level);
+    let field = field_input::read_whole(&args.sdf)?;
+    refuse_unknown_level(args, &field)?;
+    let lattice = match (field.grid().map(|grid| *grid.lattice()), args.res) {
+        (Some(own), None) => own,
+        (Some(own), Some(res)) => lattice(args, &own.bounds(), res)?,
+        (None, res) => {
+            let bounds = field.bounds(args.level);
             if !bounds.extents().iter().all(|extent| extent.is_finite()) {
                 bail!("{}: the field is unbounded: intersect it with a box", args.sdf.display());
             }
-            let lattice = lattice(args, &bounds, args.res.unwrap_or(DEFAULT_RES))?;
-            (Field::new(node), lattice)
+            lattice(args, &bounds, res.unwrap_or(DEFAULT_RES))?
         }
     };
     let surface = field.surface(args.level, &lattice, Threads::ALL);
@@ -86,6 +72,24 @@ pub fn run(args: &SurfaceArgs) -> Result<()> {
         json,
     }
     .print_beside(Some(&args.output), args.json)
+}
+
+/// Refuses a level beyond the band of a sparse grid, where values are no distances.
+fn refuse_unknown_level(args: &SurfaceArgs, field: &Field) -> Result<()> {
+    let Interval { lower, upper } = field.known_levels();
+    if (lower..=upper).contains(&args.level) {
+        return Ok(());
+    }
+    let (shown, level) = (args.sdf.display(), number(args.level));
+    match field.grid() {
+        Some(_) => bail!(
+            "{shown}: --level {level} lies beyond the band of {} in which the grid has distances: bake with a larger --band",
+            number(upper)
+        ),
+        None => bail!(
+            "{shown}: --level {level} lies beyond the band in which a sparse grid in this combination has distances: bake it with a larger --band"
+        ),
+    }
 }
 
 /// Says that no surface passes between nodes.

@@ -18,22 +18,57 @@ mod tight;
 
 use std::time::Instant;
 
-use anyhow::{Result, bail};
+use anyhow::Result;
 use sdf_bake::{MeshDistance, Repairs, SignMethod};
-use sdf_formats::field_file::{Field, OpenField};
+use sdf_core::grid::owned::Layout;
+use sdf_core::{AnyField, Sdf};
+use sdf_formats::blob_file::StoredBlob;
+use sdf_formats::field_file::OpenField;
 use sdf_formats::grid_file::StoredGrid;
 
 use crate::args::VerifyArgs;
+use crate::failure::Mismatch;
 use crate::histogram::Histogram;
 use crate::mesh_input::{self, with_path};
 use crate::read_summary::bytes_of;
 use crate::{field_input, output, progress};
 
 use faults::faults;
-use findings::{Errors, Findings};
+use findings::{Errors, Findings, StatedGrid};
 use sampling::{Surface, point_in_box, sample};
 use summary::Summary;
 use tight::tight_bound;
+
+/// The field to verify.
+#[expect(clippy::large_enum_variant, reason = "there is one")]
+enum Subject {
+    Grid(StoredGrid),
+    Blob(StoredBlob),
+    Shapes(AnyField),
+}
+
+impl Subject {
+    /// The grid and what its file states, or else the shapes.
+    fn stated(&self) -> Result<StatedGrid<'_>, &AnyField> {
+        match self {
+            Self::Grid(StoredGrid { grid, sparse, about, .. }) => Ok(StatedGrid {
+                grid,
+                band: sparse.map(|sparse| sparse.band),
+                error_bound: about.error_bound,
+                slope_bound: about.slope_bound,
+                has_exact_nodes: true,
+            }),
+            Self::Blob(StoredBlob { grid, .. }) => Ok(StatedGrid {
+                grid,
+                band: (grid.storage().layout() == Layout::Sparse).then(|| grid.band()),
+                error_bound: grid.global_error_bound(),
+                slope_bound: grid.slope_bound(),
+                has_exact_nodes: false,
+            }),
+            Self::Shapes(shapes) => Err(shapes),
+        }
+    }
+}
 
 pub fn run(args: &VerifyArgs) -> Result<()> {
     let started = Instant::now();
@@ -42,26 +77,27 @@ pub fn run(args: &VerifyArgs) -> Result<()> {
     }
     let input = mesh_input::read(&args.mesh)?;
     input.mesh.require_triangles(&args.mesh.display().to_string())?;
-    let (field, parts) = match field_input::open(&args.sdf)? {
+    let (subject, parts) = match field_input::open(&args.sdf)? {
         OpenField::Grid(reader) => {
             let parts = bytes_of(&reader.summary().parts);
-            (Field::Grid(reader.read()?), Some(parts))
+            (Subject::Grid(reader.read()?), Some(parts))
         }
-        OpenField::Blob(blob) => (Field::Analytic(blob.grid.into()), None),
-        OpenField::Analytic(node) => (Field::Analytic(node), None),
+        OpenField::Blob(blob) => (Subject::Blob(blob), None),
+        OpenField::Analytic(node) => (Subject::Shapes(node), None),
     };
     if args.tight {
-        tight::require_bricks(&args.sdf, &field)?;
+        tight::require_bricks(&args.sdf, &subject)?;
     }
-    // As it was baked: welded and closed, without faces that lie inside of the solid.
-    let repairs = match &field {
-        Field::Grid(stored) => Repairs::from_words(&stored.about.options),
-        Field::Analytic(_) => Repairs::default(),
+    // As it was baked: welded and closed, without faces that lie inside of the solid. Neither blobs nor shapes say how.
+    let about = match &subject {
+        Subject::Grid(stored) => Some(&stored.about),
+        Subject::Blob(_) | Subject::Shapes(_) => None,
     };
+    let repairs = about.map_or_else(Repairs::default, |about| Repairs::from_words(&about.options));
     let mesh = with_path(&args.mesh, repairs.apply(&input.mesh.points, &input.mesh.triangles))?;
-    let keeps_all = matches!(&field, Field::Grid(stored) if stored.about.options.contains("--inner-faces keep"));
+    let keeps_all = about.is_some_and(|about| about.options.contains("--inner-faces keep"));
     let pseudo_normal = sdf_formats::grid_file::SignMethod::PseudoNormal;
-    let has_pseudo_normals = matches!(&field, Field::Grid(stored) if stored.about.sign_method == pseudo_normal);
+    let has_pseudo_normals = about.is_some_and(|about| about.sign_method == pseudo_normal);
     let mesh = match (keeps_all, has_pseudo_normals) {
         (true, _) => mesh,
         (false, true) => mesh.without_inner_shells(),
@@ -72,30 +108,21 @@ pub fn run(args: &VerifyArgs) -> Result<()> {
         // Signs are by winding numbers at every point, whichever method the file was signed by. Distances come from the
         // baker's own tree, which bake's tests compare with brute force and with parry3d.
         let truth = MeshDistance::new(&mesh, Some(SignMethod::Winding));
-        let (findings, samples) = match &field {
-            Field::Grid(stored) => Findings::from_grid(args, stored, &truth, &surface),
-            Field::Analytic(node) => {
+        let (findings, samples) = match subject.stated() {
+            Ok(stated) => Findings::from_grid(args, &stated, &truth, &surface),
+            Err(shapes) => {
                 let bounds = mesh.bounds().inflate(0.1 * mesh.bounds().diagonal());
-                let samples = sample(args, node, &truth, |index| point_in_box(args.seed, index, &bounds));
+                let samples = sample(args, shapes, &truth, |index| point_in_box(args.seed, index, &bounds));
                 (Findings::from_points(Errors::new(&samples, 0.0, None)), samples)
             }
         };
-        let tight = match &field {
-            Field::Grid(stored @ StoredGrid { sparse: Some(sparse), .. }) if args.tight => {
-                Some(tight_bound(stored, *sparse, &mesh))
-            }
-            _ => None,
-        };
+        let bricks = subject.stated().ok().filter(|_| args.tight);
+        let tight = bricks.and_then(|stated| stated.band.map(|band| tight_bound(stated.grid, band, &mesh)));
         (findings, samples, tight)
     })?;
     let diagonal = mesh.bounds().diagonal();
-    let (same_mesh, spacing) = match &field {
-        Field::Grid(stored) => {
-            let same = stored.about.source.sha256 == input.facts.sha256;
-            (Some(same), Some(stored.grid.lattice().spacing()))
-        }
-        Field::Analytic(_) => (None, None),
-    };
+    let same_mesh = about.map(|about| about.source.sha256 == input.facts.sha256);
+    let spacing = subject.stated().ok().map(|stated| stated.grid.lattice().spacing());
     let faults = faults(&findings);
     if let Some(path) = &args.histogram {
         let (unit, length) = spacing.map_or(("of the diagonal", diagonal), |spacing| ("in voxels", spacing));
@@ -106,8 +133,9 @@ pub fn run(args: &VerifyArgs) -> Result<()> {
     let elapsed = started.elapsed().as_secs_f64();
     Summary { findings: &findings, diagonal, spacing, same_mesh, parts, faults: &faults, tight, elapsed }
         .print(args)?;
-    if !faults.is_empty() {
-        bail!("{} does not match {}: {}", args.sdf.display(), args.mesh.display(), faults.join("; "));
+    if faults.is_empty() {
+        return Ok(());
     }
-    Ok(())
+    let (field, mesh) = (args.sdf.display(), args.mesh.display());
+    Err(Mismatch(format!("{field} does not match {mesh}: {}", faults.join("; "))).into())
 }

@@ -34,6 +34,7 @@ pub fn run(args: &ViewArgs) -> Result<()> {
         let mut name = stem(&args.sdf);
         if let (Some(mesh), Some(path)) = (view, &args.mesh) {
             let options = ContactOptions { margin: args.margin.unwrap_or(0.0), pose, ..ContactOptions::default() };
+            field_input::check_margin(&args.sdf, &field, &options)?;
             let found = field.contacts(mesh, &options)?;
             contacts = found.contacts.iter().map(ContactRecord::from).collect();
             name = format!("{} on {name}", stem(path));

@@ -45,6 +45,13 @@ fn an_export_that_cannot_be_says_why() {
     says(&folder.refused("export ball.obj --format npy"), &["export takes a field", "OBJ"]);
     folder.write("half.sdf.toml", "[field]\nshape = \"half_space\"\nnormal = [0, 0, 1]\noffset = 0\n");
     says(&folder.refused("export half.sdf.toml --format npy"), &["half.sdf.toml", "unbounded"]);
+    folder.write("sheet.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    folder.sdftool("bake sheet.obj --res 8").assert().success();
+    says(
+        &folder.refused("export sheet.sdf.h5 --format glb"),
+        &["the surface is empty", "take `surface --level`", "open mesh"],
+    );
+    folder.sdftool("surface sheet.sdf.h5 --level 0.1 -o sheet.ply").assert().success();
 }
 
 #[test]

@@ -162,6 +162,21 @@ fn a_grid_that_is_named_often_is_loaded_once() {
     crate::folder::done(command.args(["-c", &script]).current_dir(folder.path()), "info many.sdf.toml");
 }
 
+/// The document of 600,000 points, 100 MB of text, is written as it is computed.
+#[cfg(target_os = "linux")]
+#[test]
+fn eval_holds_no_document_in_memory() {
+    let folder = Folder::new();
+    folder.write("ball.sdf.toml", "[field]\nshape = 'sphere'\nradius = 1\n");
+    folder.write("points.csv", "0,0,2\n".repeat(600_000));
+    // Points take 24 bytes each, and objects of two kilobytes would take more than a gigabyte.
+    let program = crate::folder::SDFTOOL;
+    let script = format!("ulimit -v 400000; {program} eval ball.sdf.toml --points points.csv --json | tail -c 100");
+    let mut command = assert_cmd::Command::new("sh");
+    let end = crate::folder::done(command.args(["-c", &script]).current_dir(folder.path()), "eval");
+    says(&end, &["\"point\":[0.0,0.0,2.0]}],\"schema\":\"sdftool.eval/1\"}"]);
+}
+
 #[test]
 fn shapes_work_wherever_a_grid_does() {
     let folder = Folder::new();

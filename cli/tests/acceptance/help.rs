@@ -153,3 +153,42 @@ fn one_mesh_with_an_option_of_several_is_not_called_several() {
 fn merge_says_what_a_joined_grid_lacks() {
     says(&Folder::new().done("merge --help"), &["open mesh", "lacks", "`error_regions`"]);
 }
+
+#[test]
+fn a_negative_number_may_be_written_in_any_way() {
+    let folder = Folder::new();
+    folder.write("sheet.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    folder.write("ball.sdf.toml", "[field]\nshape = 'sphere'\nradius = 1\n");
+    for words in [
+        "slice ball.sdf.toml -o s.png --pixels 16 --at",
+        "surface ball.sdf.toml -o s.obj --res 16 --level",
+        "contacts sheet.obj ball.sdf.toml --margin",
+        "compare sheet.obj ball.sdf.toml --rounds 1 --margin",
+        "view ball.sdf.toml sheet.obj --margin",
+    ] {
+        for number in ["-1e-3", "-.1", "-0.1", "-1E-3"] {
+            folder.done(&format!("{words} {number}"));
+            folder.done(&format!("{words}={number}"));
+        }
+        says(&folder.wrong_usage(&format!("{words} -x")), &["invalid value '-x'", "is not a finite number"]);
+    }
+}
+
+#[test]
+fn a_part_of_one_mesh_is_not_resumed() {
+    let folder = Folder::new();
+    folder.write("sheet.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    for words in ["--resume", "--jobs 2", "--resume --jobs 2"] {
+        for layout in ["--layout sparse", ""] {
+            let said = folder.wrong_usage(&format!("bake sheet.obj --res 8 {layout} --shard 0/2 {words}"));
+            says(&said, &["--shard of one mesh", "remove --resume and --jobs", "--out-dir"]);
+        }
+    }
+    folder.done("bake sheet.obj --res 8 --shard 0/2 --resume --out-dir grids");
+}
+
+#[test]
+fn merge_advises_no_standard_output() {
+    let said = Folder::new().wrong_usage("merge a.h5 b.h5 -o c.txt");
+    assert!(said.contains("ends in .sdf.h5, .h5 or .hdf5") && !said.contains("standard output"), "{said}");
+}

@@ -4,6 +4,7 @@ mod folder;
 mod meshes;
 
 mod all_minima;
+mod blobs;
 mod commands;
 mod compare;
 mod contact_files;

@@ -115,3 +115,15 @@ fn the_picture_of_the_demo_shows_contacts_in_red_on_the_cloth_in_green() {
     }
     assert!(dots > 3);
 }
+
+#[test]
+fn the_ends_that_a_refusal_names_are_taken() {
+    let folder = Folder::new();
+    folder.write("ball.obj", Model::ball([0.1, 0.2, 0.3], 1.0 / 3.0, 2).obj());
+    folder.done("bake ball.obj --res 13");
+    let line = folder.refused("slice ball.sdf.h5 -o s.png --at 9");
+    let (_, ends) = line.split_once("use z from ").unwrap();
+    for end in ends.split(" to ") {
+        folder.done(&format!("slice ball.sdf.h5 -o s.png --pixels 16 --at {end}"));
+    }
+}

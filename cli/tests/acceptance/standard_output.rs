@@ -98,3 +98,23 @@ fn a_dash_for_several_files_is_refused_and_a_folder_of_any_name_is_not() {
     folder.done("demo -o=-x");
     assert!(folder.at("-x/contacts.png").is_file());
 }
+
+/// A shell opened the file, and what it and others write there must stay.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_device_that_stands_for_a_file_is_not_replaced() {
+    let folder = scene();
+    std::os::unix::fs::symlink("/dev/stdout", folder.at("link.npy")).unwrap();
+    for (words, name) in [
+        ("export ball.sdf.h5 --format npy", "/dev/stdout"),
+        ("export ball.sdf.h5 --format npy", "/proc/self/fd/1"),
+        ("export ball.sdf.h5 --format npy", "/dev/fd/1"),
+        ("export ball.sdf.h5", "link.npy"),
+    ] {
+        let script = format!("(echo before; {} {words} -o {name}; echo after) > all.bin", crate::folder::SDFTOOL);
+        let output =
+            std::process::Command::new("sh").args(["-c", &script]).current_dir(folder.path()).output().unwrap();
+        says(&String::from_utf8_lossy(&output.stderr), &[name, "is not a regular file"]);
+        assert_eq!(folder.read("all.bin"), b"before\nafter\n", "{name}");
+    }
+}

@@ -12,7 +12,7 @@
 //!     20      4  bricks of a sparse grid, else 0                       u32
 //!     24     12  origin                                                f32
 //!     36      8  spacing, 1 / spacing                                  f32
-//!     44      8  slope bound; band, infinite of a dense grid           f32
+//!     44      8  slope bound; band, infinite where all is distances     f32
 //!     52      8  dense: a code's sample is base + step · code          f32
 //!     60      4  CRC-32 of all other bytes, as zlib and PNG have it    u32
 //!     64     56  the numbers at 24 to 51 again, in f64
@@ -22,6 +22,7 @@
 //! ```
 //!
 //! A dense grid with a scale for each block of 8 × 8 × 8 nodes is written as a sparse one with a brick in every slot and an infinite band.
+//! A dense grid that was sampled from a sparse one has its band.
 //! Bounds are lower and upper sample and slope, scales base and step, all f32. Arrays have the order of [`Dense`](super::Dense),
 //! [`WithBlockBounds`](super::WithBlockBounds) and [`Bricks`](super::sparse::Bricks). The head alone is enough for queries in f32.
 

@@ -60,6 +60,33 @@ fn a_level_set_holds_the_field_in_its_band_to_the_rounding_of_the_place() {
 }
 
 #[test]
+fn a_level_set_goes_on_beyond_the_box_as_the_field_does() {
+    let mesh = SpikedBall { levels: 2, radius: 0.6 }.mesh();
+    let view = MeshView { points: &mesh.points, faces: &mesh.triangles };
+    for (layout, padding) in [(Layout::Dense, 0), (Layout::Dense, 2), (Layout::Sparse, 0), (Layout::Sparse, 2)] {
+        // 30 cells and padding: no multiple of the 8 nodes of a leaf.
+        let options = BakeOptions { size: GridSize::Cells(30), layout, padding, ..BakeOptions::default() };
+        let field = Field::bake(view, &options).unwrap().field;
+        let grid = field.grid().unwrap();
+        let band = if layout == Layout::Sparse { grid.band() } else { 4.0 * grid.lattice().spacing() };
+        let again = level_set(&exported(&field, ExportFormat::Nvdb)).unwrap();
+        let (ours, theirs) = (grid.lattice(), *again.grid().unwrap().lattice());
+        let [nx, ny, nz] = theirs.nodes();
+        let nodes = (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| theirs.node([x, y, z]))));
+        let beyond: Vec<[f64; 3]> = nodes
+            .filter(|node| (0..3).any(|axis| node[axis] > ours.bounds().max[axis] + 0.5 * ours.spacing()))
+            .collect();
+        let [wanted, found] = [&field, &again].map(|field| field.values(&beyond, Threads::ALL));
+        for ((point, wanted), found) in beyond.iter().zip(wanted).zip(found) {
+            // What f32 and the nodes' places round.
+            let is_it = (found - wanted.min(band)).abs() < 1e-6 * band || found == f64::from(band as f32);
+            assert!(is_it, "{layout:?}, padding {padding} at {point:?}: {found}, not {wanted}");
+        }
+        assert!(beyond.len() > 500);
+    }
+}
+
+#[test]
 fn an_imported_grid_says_that_nothing_is_certified() {
     let field = level_set(&exported(&baked(Layout::Sparse, None), ExportFormat::Nvdb)).unwrap();
     let info = field.info().unwrap();

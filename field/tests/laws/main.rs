@@ -13,6 +13,8 @@ mod exact;
 mod examples;
 #[cfg(feature = "exchange")]
 mod exchange;
+#[cfg(feature = "exchange")]
+mod exported_band;
 mod first_touch;
 mod in_motion;
 mod lean;

@@ -3,7 +3,8 @@
 //!
 //! A leaf is 8 × 8 × 8 nodes, as our bricks are: a sparse grid's bricks become leaves one by one. A dense grid keeps the leaves that
 //! its band needs. Nodes with |φ| < band are active. Leaves hold the samples as they are, also of nodes that are not active, so that
-//! a reader that interpolates finds our values everywhere in the band. Blocks without a leaf have the value ± band.
+//! a reader that interpolates finds our values everywhere in the band. Blocks without a leaf have the value ± band. Nodes of a leaf
+//! beyond the grid's box have the value of the field there, at most the band: what ends at the box does not go on beyond it.
 
 mod bytes;
 mod tree;
@@ -89,6 +90,11 @@ fn write_sparse<B: BrickData + Sync>(lattice: &Lattice, name: &str, band: f64, s
     write(lattice, name, band, slot, |node| sparse.node(node))
 }
 
+/// φ outside of a grid's box, where it is `value` at the nearest point of the box, so far `away`: see `sdf_core::grid::Grid`.
+fn outside(value: f64, away: f64) -> f64 {
+    if value < 0.0 { value + away } else { value.hypot(away) }
+}
+
 fn write(
     lattice: &Lattice,
     name: &str,
@@ -98,7 +104,7 @@ fn write(
 ) -> Option<Vec<u8>> {
     let tree = Tree::new(sdf_core::grid::sparse::brick_counts(lattice), slot);
     let last = lattice.cells();
-    // Nodes beyond the lattice have the value of the nearest in it; they are not active.
+    // Nodes beyond the lattice are not active. They have the value of the field there, and no more than the background.
     let leaf = |slot: [u32; 3]| {
         let first = slot.map(|index| index * BRICK);
         let mut values = [0.0_f32; 512];
@@ -107,7 +113,13 @@ fn write(
             // z runs fastest in a leaf.
             let node = [first[0] + (index >> 6), first[1] + (index >> 3 & 7), first[2] + (index & 7)];
             *inside = (0..3).all(|axis| node[axis] <= last[axis]);
-            *value_at = value(std::array::from_fn(|axis| node[axis].min(last[axis])));
+            let nearest: [u32; 3] = std::array::from_fn(|axis| node[axis].min(last[axis]));
+            *value_at = value(nearest);
+            if !*inside {
+                let steps = [0, 1, 2].map(|axis| f64::from(node[axis] - nearest[axis]));
+                let away = lattice.spacing() * steps.iter().map(|step| step * step).sum::<f64>().sqrt();
+                *value_at = outside((*value_at).into(), away).min(band) as f32;
+            }
         }
         (values, is_inside)
     };

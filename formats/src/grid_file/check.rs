@@ -164,7 +164,10 @@ fn valid_bounds(bounds: &[BlockBounds]) -> Result<(), String> {
         is_finite && bounds.range.lower <= bounds.range.upper && bounds.slope_bound >= 0.0
     };
     match bounds.iter().position(|bounds| !is_valid(bounds)) {
-        Some(index) => Err(format!("bounds {index} are {:?}", bounds[index])),
+        Some(index) => {
+            let BlockBounds { range: Interval { lower, upper }, slope_bound } = bounds[index];
+            Err(format!("bounds {index} are {lower} to {upper}, with a slope of {slope_bound}"))
+        }
         None => Ok(()),
     }
 }

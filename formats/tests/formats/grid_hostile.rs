@@ -152,7 +152,7 @@ fn numbers_that_do_not_make_a_grid_are_refused() {
         (forged().set_f32("scales", 3, 1e34), "scale 1 is"),
         (forged().set_f32("bounds", 3, f32::NEG_INFINITY), "bounds is not finite"),
         (forged().set_f32("bounds", 3, 1e9), "bounds 1 are"),
-        (forged().set_f32("bounds", 5, -1e-9), "bounds 1 are"),
+        (forged().set_f32("bounds", 5, -1e-9), "with a slope of -0.000000001"),
         (forged().set_f32("errors", 1, -1e-9), "error 1 is"),
         (forged().set_f32("coarse", 1, f32::NAN), "coarse is not finite"),
         (forged().set("band", number(f64::NAN)), "band is NaN"),

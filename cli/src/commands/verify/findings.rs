@@ -3,8 +3,8 @@
 use sdf_bake::MeshDistance;
 use sdf_bake::sparse::{code_step, node_rounding};
 use sdf_core::Aabb;
+use sdf_core::grid::owned::OwnedGrid;
 use sdf_core::grid::sparse::BRICK;
-use sdf_formats::grid_file::StoredGrid;
 use sdf_procedural::random::unit_at;
 use serde::Serialize;
 
@@ -14,6 +14,17 @@ use crate::args::VerifyArgs;
 
 /// Tolerance of a node of a dense grid, as a fraction of the mesh's diagonal: many times what f64 rounds of its distance.
 const DENSE_TOLERANCE: f64 = 1e-6;
+
+/// A grid to verify, and what its file states.
+pub struct StatedGrid<'a> {
+    pub grid: &'a OwnedGrid,
+    /// Half width of a sparse grid's band.
+    pub band: Option<f64>,
+    pub error_bound: f64,
+    pub slope_bound: f64,
+    /// Are samples distances but for one rounding? Those of a blob may have been rounded again: they are as good as its error bound.
+    pub has_exact_nodes: bool,
+}
 
 #[derive(Serialize)]
 pub struct Findings {
@@ -92,16 +103,15 @@ impl Findings {
     /// The findings for a grid, and the samples at points behind them.
     pub fn from_grid(
         args: &VerifyArgs,
-        stored: &StoredGrid,
+        stated: &StatedGrid,
         truth: &MeshDistance,
         surface: &Surface,
     ) -> (Self, Vec<PointSample>) {
-        let StoredGrid { grid, sparse, about, .. } = stored;
+        let StatedGrid { grid, band, error_bound: bound, slope_bound, has_exact_nodes } = *stated;
         let lattice = grid.lattice();
         let (bounds, spacing) = (lattice.bounds(), lattice.spacing());
-        let bound = about.error_bound;
         let box_point = |seed: u64| move |index: u64| point_in_box(seed, index, &bounds);
-        let far_values = sparse.map(|sparse| FarValues::new(grid, sparse.band, truth));
+        let far_values = band.map(|band| FarValues::new(grid, band, truth));
         let (samples, far, missing, beyond) = match far_values {
             Some(values) => {
                 let band = values.band;
@@ -134,25 +144,32 @@ impl Findings {
                 let far = FarErrors::new(&far, grid, truth, &values);
                 (samples, Some(far), Some(missing + missing_near), Some(beyond))
             }
-            None => (sample(args, grid, truth, box_point(!args.seed)), None, None, None),
+            None => {
+                let mut samples = sample(args, grid, truth, box_point(!args.seed));
+                // A dense blob that was sampled from a sparse grid has a band, too.
+                samples.retain(|sample| sample.truth.abs() <= grid.band());
+                (samples, None, None, None)
+            }
         };
         let node_tolerance = match far_values {
+            _ if !has_exact_nodes => bound,
             Some(values) => node_rounding(truth, lattice, values.band),
             None => DENSE_TOLERANCE * truth.bounds().diagonal(),
         };
         // A sign may be lost only where a distance is rounded to zero.
         let coarsest = f64::from(code_step(grid.storage().precision(), grid.storage().scales()));
+        let sign_tolerance = if has_exact_nodes { spacing * 1e-6 + coarsest } else { bound };
         let is_exact = |node: &PointSample| far_values.is_none_or(|values| node.truth.abs() <= values.exact_within);
         let (nodes, far_nodes): (Vec<_>, Vec<_>) = sample_nodes(args, grid, truth).into_iter().partition(is_exact);
         let steepest = samples.iter().map(|sample| sample.slope).fold(0.0, f64::max);
         let findings = Self {
-            nodes: Some(Errors::new(&nodes, spacing * 1e-6 + coarsest, Some(spacing))),
+            nodes: Some(Errors::new(&nodes, sign_tolerance, Some(spacing))),
             far_nodes: far_values.map(|values| FarNodes::new(&far_nodes, &values)),
             points: Errors::new(&samples, bound, Some(spacing)),
             far,
             surface_points: missing.map(|_| args.points as usize),
             missing_cells: missing,
-            slope: Some(Slope { steepest, bound: about.slope_bound }),
+            slope: Some(Slope { steepest, bound: slope_bound }),
             node_tolerance,
             bound: Some(bound),
             beyond_their_brick: beyond,

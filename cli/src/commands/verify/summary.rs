@@ -13,9 +13,9 @@ pub struct Summary<'a> {
     pub findings: &'a Findings,
     /// Diagonal of the mesh's box.
     pub diagonal: f64,
-    /// `None` for shapes in closed form, like `same_mesh` and `parts`.
+    /// `None` for shapes in closed form, like `same_mesh` and `parts`, which a blob does not have either.
     pub spacing: Option<f64>,
-    /// Was the grid baked from this very file?
+    /// Was the grid baked from this very file? A blob does not say.
     pub same_mesh: Option<bool>,
     /// Bytes of the file by part.
     pub parts: Option<serde_json::Map<String, serde_json::Value>>,
@@ -64,7 +64,10 @@ impl Summary<'_> {
             ));
         }
         if let Some(bound) = findings.bound {
-            rows.push(("certified", format!("at most {}", self.length(bound))));
+            let is_known = bound.is_finite();
+            let certified =
+                if is_known { format!("at most {}", self.length(bound)) } else { "no error is certified".to_owned() };
+            rows.push(("certified", certified));
         }
         if let Some(tight) = &self.tight {
             let found = match tight {

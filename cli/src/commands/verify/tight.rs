@@ -5,10 +5,10 @@ use std::path::Path;
 use anyhow::Result;
 use sdf_bake::sparse::{SparseBaker, code_step, node_rounding};
 use sdf_bake::{MeshDistance, TriangleMesh};
-use sdf_formats::field_file::Field;
-use sdf_formats::grid_file::{SparseInfo, StoredGrid};
+use sdf_core::grid::owned::OwnedGrid;
 use serde::Serialize;
 
+use super::Subject;
 use crate::failure::misuse;
 
 /// Tight error bounds over all bricks, lengths.
@@ -18,20 +18,26 @@ pub struct TightBound {
     pub max: f64,
 }
 
-/// Refuses fields that have no bricks.
-pub fn require_bricks(path: &Path, field: &Field) -> Result<()> {
-    if !matches!(field, Field::Grid(StoredGrid { sparse: Some(_), .. })) {
-        misuse!("{}: --tight is for sparse grids, whose bricks have bounds of their own: remove it", path.display());
+/// Refuses fields that have no bricks, and blobs.
+pub fn require_bricks(path: &Path, subject: &Subject) -> Result<()> {
+    let shown = path.display();
+    match subject {
+        Subject::Grid(stored) if stored.sparse.is_some() => Ok(()),
+        Subject::Blob(_) => {
+            misuse!(
+                "{shown}: --tight needs to know how often samples were rounded, which a blob does not say: remove it"
+            )
+        }
+        _ => misuse!("{shown}: --tight is for sparse grids, whose bricks have bounds of their own: remove it"),
     }
-    Ok(())
 }
 
 /// Bounds of all bricks, no wider than those in the file. `None` unless the mesh bounds one solid.
-pub fn tight_bound(stored: &StoredGrid, sparse: SparseInfo, mesh: &TriangleMesh) -> Option<TightBound> {
-    let (lattice, storage) = (stored.grid.lattice(), stored.grid.storage());
+pub fn tight_bound(grid: &OwnedGrid, band: f64, mesh: &TriangleMesh) -> Option<TightBound> {
+    let (lattice, storage) = (grid.lattice(), grid.storage());
     let truth = MeshDistance::new(mesh, None);
-    let interpolations = SparseBaker::new(&truth, lattice, sparse.band).tight_errors(storage.slots())?;
-    let rounding = node_rounding(&truth, lattice, sparse.band);
+    let interpolations = SparseBaker::new(&truth, lattice, band).tight_errors(storage.slots())?;
+    let rounding = node_rounding(&truth, lattice, band);
     let known = storage.brick_errors().iter().map(|error| f64::from(*error));
     let with_rounding = |(brick, (interpolation, known)): (usize, (f64, f64))| {
         let step = code_step(storage.precision(), &storage.scales()[brick..=brick]);
