@@ -98,7 +98,7 @@ pub fn converted<'py>(given: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArray1<'p
         let name = name?;
         records.set_item(&name, given.get_item(&name)?)?;
     }
-    Ok(records.extract()?)
+    records.extract()
 }
 
 /// Contacts as records, and how many elements there were.
