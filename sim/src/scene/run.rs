@@ -291,6 +291,7 @@ impl<'a> Run<'a> {
                 one_per_feature: false,
                 thickness: 0.0,
                 reduce: None,
+                opposed: false,
                 ..self.query
             }
         };
