@@ -21,14 +21,23 @@ const LEAST: f64 = 0.5;
 /// Rounds over the faces around a feature: two faces at right angles take one, a fan of nearly parallel ones some more.
 const ROUNDS: usize = 30;
 
-/// Turns contacts of a closed surface against its sides, and drops those that no side is opposite to. `at` tells where a vertex is.
-pub(crate) fn oppose(contacts: &mut Vec<Contact<f64>>, surface: &Surface, at: impl Fn(u32) -> V3) {
+/// Turns contacts of a closed surface against its sides, and drops those that no side is opposite to, the deepest into `buried`. `at` tells
+/// where a vertex is.
+pub(crate) fn oppose(
+    contacts: &mut Vec<Contact<f64>>,
+    surface: &Surface,
+    at: impl Fn(u32) -> V3,
+    buried: &mut Option<Contact<f64>>,
+) {
     contacts.retain_mut(|contact| {
         // Without a normal it makes no row, and is counted where rows are made.
         if contact.normal == V3::zeros() {
             return true;
         }
         let Some(normal) = opposed(contact, &contact.normal, surface, &at) else {
+            if buried.is_none_or(|other| contact.distance < other.distance) {
+                *buried = Some(*contact);
+            }
             return false;
         };
         let distance = normal.dot(&(contact.point - contact.surface_point));

@@ -101,6 +101,8 @@ pub struct Contacts {
     pub without_normal_count: usize,
     /// How far those that [`Query::reduce`] leaves out can sink at most, in the worst pair of body and obstacle.
     pub shortfall: f64,
+    /// The deepest contact that no side of its body is opposite to.
+    pub(crate) buried: Option<Contact<f64>>,
     rows: Rows,
 }
 
@@ -109,12 +111,25 @@ impl Contacts {
     pub fn clear(&mut self) {
         self.contacts.clear();
         self.rows.clear();
+        self.buried = None;
         (self.element_count, self.searched_count, self.without_normal_count, self.shortfall) = (0, 0, 0, 0.0);
     }
 
     /// The rows that a solver takes.
     pub fn rows(&mut self) -> &mut Rows {
         &mut self.rows
+    }
+
+    /// Forgets all contacts but the first ones, and their rows.
+    pub(crate) fn truncate(&mut self, count: usize) {
+        self.contacts.truncate(count);
+        self.rows.truncate(count);
+    }
+
+    /// Adds a contact and its row.
+    pub(crate) fn push(&mut self, contact: Contact<f64>, row: Row<f64>) {
+        self.contacts.push(contact);
+        self.rows.push(row);
     }
 
     /// Puts the rows in an order that depends on where they are and not on which body was asked first: A against B and B against A
@@ -216,7 +231,7 @@ impl Query {
                 Carrier::Body { id, points } => world.bodies[*id as usize].rotation * V3::from(points[vertex as usize]),
                 _ => points[vertex as usize].into(),
             };
-            oppose(&mut found, surface, at);
+            oppose(&mut found, surface, at, &mut contacts.buried);
         }
         guide(&mut found);
         if let Some(count) = self.reduce.filter(|_| is_rigid) {
