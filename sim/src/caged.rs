@@ -11,18 +11,24 @@ use sdf_core::minimize::{Certified, FrankWolfe, Minimizer, PointSampling};
 use sdf_core::{Aabb, Simplex};
 use sdf_field::{ContactOptions, Contacts, Elements, Field, MeshView, Method, QueryError, VertexOutOfRange};
 
+use crate::halo::Halo;
 use crate::{Obstacle, V3, World};
 
 /// A soft body that others touch.
 #[derive(Clone, Debug)]
 pub struct CagedBody {
     field: Field,
+    /// Particles of the body, then points of the halo.
     points: Vec<[f64; 3]>,
+    /// Tetrahedra of the body, then those of the halo.
     tets: Vec<[u32; 4]>,
     /// The tetrahedra, sorted where they rest.
     order: Vec<u32>,
     first: u32,
     first_tet: u32,
+    particle_count: usize,
+    tet_count: usize,
+    halo: Halo,
     map: CageMap,
 }
 
@@ -48,10 +54,33 @@ impl CagedBody {
         let points: Vec<_> = world.x[first..].iter().map(|x| (*x).into()).collect();
         let tets = world.tets[first_tet..].iter().map(|tet| tet.corners.map(|corner| corner - first as u32));
         let tets: Vec<_> = tets.collect();
-        let mut order = vec![0; tets.len()];
-        let is_sorted = sort_tets(&points, &tets, &mut vec![ClusterKey::default(); tets.len()], &mut order);
-        assert!(is_sorted, "corners of tetrahedra are particles of the world");
-        Self { field, points, tets, order, first: first as u32, first_tet: first_tet as u32, map }
+        let (particle_count, tet_count) = (points.len(), tets.len());
+        Self {
+            field,
+            order: sorted(&points, &tets),
+            points,
+            tets,
+            first: first as u32,
+            first_tet: first_tet as u32,
+            particle_count,
+            tet_count,
+            halo: Halo::default(),
+            map,
+        }
+    }
+
+    /// The same body, its field carried on beyond its tetrahedra by one layer of cubes, which have neither mass nor stiffness. The body is
+    /// one of [`soft::add`](crate::soft::add) with cubes of this side. For a body whose tetrahedra end where its mesh ends.
+    #[must_use]
+    pub fn with_halo(mut self, side: f64) -> Self {
+        self.points.truncate(self.particle_count);
+        self.tets.truncate(self.tet_count);
+        self.halo = Halo::of_cubes(&self.points, &self.tets, side);
+        let particles: Vec<_> = self.points.iter().map(|point| V3::from(*point)).collect();
+        self.points.extend(self.halo.points(&particles));
+        self.tets.extend(&self.halo.tets);
+        self.order = sorted(&self.points, &self.tets);
+        self
     }
 
     /// The same body, searched by another map.
@@ -75,7 +104,9 @@ impl CagedBody {
         room: &mut CageRoom,
         run: impl FnOnce(&dyn Obstacle) -> T,
     ) -> Option<T> {
-        let now = room.locator(self, self.particles(world).iter().map(|x| (*x).into()))?;
+        let particles = self.particles(world);
+        let points = particles.iter().map(|x| (*x).into()).chain(self.halo.points(particles));
+        let now = room.locator(self, points)?;
         let (bounds, cage) = (now.bounds(), Cage::new(rest.locator, now)?);
         let margin_factor = self.field.slope_bound() * slope_factor_bound(&cage);
         Some(run(&Caged { body: self, lower_bounds: &rest.lower_bounds, cage, bounds, margin_factor }))
@@ -84,18 +115,26 @@ impl CagedBody {
     /// The largest speed of its particles.
     pub fn max_speed(&self, world: &World) -> f64 {
         let first = self.first as usize;
-        world.v[first..first + self.points.len()].iter().map(|v| v.norm()).fold(0.0, f64::max)
+        world.v[first..first + self.particle_count].iter().map(|v| v.norm()).fold(0.0, f64::max)
     }
 
     /// Is a tetrahedron of the world one of the body's?
     pub fn has_tet(&self, tet: u32) -> bool {
-        (self.first_tet..self.first_tet + self.tets.len() as u32).contains(&tet)
+        (self.first_tet..self.first_tet + self.tet_count as u32).contains(&tet)
     }
 
     fn particles<'a>(&self, world: &'a World) -> &'a [V3] {
         let first = self.first as usize;
-        &world.x[first..first + self.points.len()]
+        &world.x[first..first + self.particle_count]
     }
+}
+
+/// The order of tetrahedra where they rest.
+fn sorted(points: &[[f64; 3]], tets: &[[u32; 4]]) -> Vec<u32> {
+    let mut order = vec![0; tets.len()];
+    let is_sorted = sort_tets(points, tets, &mut vec![ClusterKey::default(); tets.len()], &mut order);
+    assert!(is_sorted, "corners of tetrahedra are particles of the world");
+    order
 }
 
 impl CageRoom {
@@ -134,15 +173,32 @@ impl Obstacle for Caged<'_> {
         }
     }
 
+    fn is_body(&self) -> bool {
+        true
+    }
+
     fn complete(&self, row: Row<f64>) -> Row<f64> {
-        match self.cage.pull(row.surface_point) {
-            Some((_, at)) => row.with_field(RowSide::Tet(TetPoint { tet: self.body.first_tet + at.tet, ..at })),
+        match self.cage.pull(row.surface_point).and_then(|(_, at)| self.carrier(row.surface_point, at)) {
+            Some(at) => row.with_field(RowSide::Tet(TetPoint { tet: self.body.first_tet + at.tet, ..at })),
             None => row,
         }
     }
 }
 
 impl Caged<'_> {
+    /// The tetrahedron with mass that carries a point: of a point in the halo the nearest one goes on.
+    fn carrier(&self, point: V3, at: TetPoint<f64>) -> Option<TetPoint<f64>> {
+        let count = self.body.tet_count as u32;
+        if at.tet < count {
+            return Some(at);
+        }
+        let now = self.cage.now();
+        let candidates = (0..count).filter_map(|tet| Some(TetPoint { tet, weights: now.weights(tet, point)? }));
+        // The one that it is least outside of.
+        let lowest = |at: &TetPoint<f64>| at.weights.iter().fold(f64::INFINITY, |a, b| a.min(*b));
+        candidates.max_by(|a, b| lowest(a).total_cmp(&lowest(b)))
+    }
+
     fn find_by_method<const N: usize>(
         &self,
         points: &[[f64; 3]],

@@ -3,9 +3,10 @@
 //!
 //! | question | file |
 //! |---|---|
-//! | Which elements of which body touch which obstacle? | [`query`](Query), [`obstacle`](Obstacle), [`surface`](Surface); soft bodies as obstacles: `caged` |
+//! | Which elements of which body touch which obstacle? | [`query`](Query), [`obstacle`](Obstacle), [`surface`](Surface); soft bodies as obstacles: `caged`, `halo` |
 //! | How far does it get until the next search? What need not be searched again? | [`motion`](Motion), [`memory`](Memory) |
 //! | Which way is a sheet pushed by what is thinner than a cell? | `sheet_normal` |
+//! | Which way do two bodies push each other beside an edge? | `opposed` |
 //! | What does a contact push, and how far? Core's [`Row`] | [`row`](Rows), `world/touch` |
 //! | How does everything move? XPBD (Macklin et al. 2016) in substeps, each pass there and back | [`World`] |
 //! | Sheets and nets, rigid bodies, soft bodies | `cloth`, `rigid`, `soft` |
@@ -48,9 +49,11 @@
 
 mod caged;
 pub mod cloth;
+mod halo;
 mod memory;
 mod motion;
 mod obstacle;
+mod opposed;
 mod query;
 pub mod record;
 mod rigid;

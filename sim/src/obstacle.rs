@@ -40,6 +40,11 @@ pub trait Obstacle: Sync {
         0.0
     }
 
+    /// Is it a body that moves? Another body then pushes against the sides of both: see [`Query::opposed`](crate::Query::opposed).
+    fn is_body(&self) -> bool {
+        false
+    }
+
     /// The field, and a frame in which it stands still: there a [`Memory`](crate::Memory) holds from frame to frame, and rigid surfaces
     /// are searched. `None` of a field that changes.
     fn still(&self) -> Option<(&Field, Isometry3<f64>)> {
@@ -146,6 +151,10 @@ impl Obstacle for Carried<'_> {
 
     fn complete(&self, row: Row<f64>) -> Row<f64> {
         row.with_field(RowSide::body(self.id, self.body.position, row.surface_point))
+    }
+
+    fn is_body(&self) -> bool {
+        true
     }
 
     fn radius_of_curvature(&self, row: &Row<f64>) -> f64 {

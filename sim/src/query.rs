@@ -9,6 +9,7 @@ use sdf_field::{ContactOptions, Field, MeshInMotion, MeshView, Method, QueryErro
 use crate::memory::{self, Again, Asked, Known};
 use crate::motion::Motion;
 use crate::obstacle::Obstacle;
+use crate::opposed::oppose;
 use crate::row::{Rounding, Rows};
 use crate::sheet_normal::SheetNormals;
 use crate::surface::{Carrier, Surface};
@@ -63,6 +64,9 @@ pub struct Query {
     pub keep: f64,
     /// Most contacts of a rigid body with each obstacle, those that hold it best ([`Reduction`]); `None` for all.
     pub reduce: Option<usize>,
+    /// Do contacts of a body's skin with a body push against the sides of both? Else along the field's normal, which leans out where two
+    /// bodies stand flush. The skin is closed, its faces counterclockwise from outside.
+    pub opposed: bool,
     /// How many threads search. The contacts do not depend on it.
     pub threads: Threads,
 }
@@ -78,6 +82,7 @@ impl Default for Query {
             hold: 0.0,
             keep: 0.0,
             reduce: None,
+            opposed: true,
             threads: Threads::ONE,
         }
     }
@@ -96,6 +101,8 @@ pub struct Contacts {
     pub without_normal_count: usize,
     /// How far those that [`Query::reduce`] leaves out can sink at most, in the worst pair of body and obstacle.
     pub shortfall: f64,
+    /// The deepest contact that no side of its body is opposite to.
+    pub(crate) buried: Option<Contact<f64>>,
     rows: Rows,
 }
 
@@ -104,12 +111,25 @@ impl Contacts {
     pub fn clear(&mut self) {
         self.contacts.clear();
         self.rows.clear();
+        self.buried = None;
         (self.element_count, self.searched_count, self.without_normal_count, self.shortfall) = (0, 0, 0, 0.0);
     }
 
     /// The rows that a solver takes.
     pub fn rows(&mut self) -> &mut Rows {
         &mut self.rows
+    }
+
+    /// Forgets all contacts but the first ones, and their rows.
+    pub(crate) fn truncate(&mut self, count: usize) {
+        self.contacts.truncate(count);
+        self.rows.truncate(count);
+    }
+
+    /// Adds a contact and its row.
+    pub(crate) fn push(&mut self, contact: Contact<f64>, row: Row<f64>) {
+        self.contacts.push(contact);
+        self.rows.push(row);
     }
 
     /// Puts the rows in an order that depends on where they are and not on which body was asked first: A against B and B against A
@@ -205,6 +225,13 @@ impl Query {
             };
             minima.truncate(count);
             found = [minima, others].concat();
+        }
+        if self.opposed && obstacle.is_body() && surface.is_skin() {
+            let at = |vertex: u32| match &surface.carrier {
+                Carrier::Body { id, points } => world.bodies[*id as usize].rotation * V3::from(points[vertex as usize]),
+                _ => points[vertex as usize].into(),
+            };
+            oppose(&mut found, surface, at, &mut contacts.buried);
         }
         guide(&mut found);
         if let Some(count) = self.reduce.filter(|_| is_rigid) {

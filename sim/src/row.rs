@@ -70,6 +70,12 @@ impl Rows {
         &self.rows
     }
 
+    /// Forgets all rows but the first ones.
+    pub(crate) fn truncate(&mut self, count: usize) {
+        self.rows.truncate(count);
+        self.roundings.truncate(count);
+    }
+
     /// Puts the rows in another order: the first is the one with the index `order[0]`.
     pub(crate) fn reorder(&mut self, order: &[usize]) {
         self.rows = order.iter().map(|index| self.rows[*index]).collect();

@@ -9,6 +9,7 @@
 //! | How is it run, once or in many variants? | `scene/run`, `scene/vary` |
 //! | What is measured, and is it reached? | `scene/figures` |
 //! | Which side does an entangled patch leave on? | `scene/entangled` |
+//! | Which way do bodies part that start inside of each other? | `scene/separate` |
 
 mod animation;
 mod budget;
@@ -18,6 +19,7 @@ mod entangled;
 mod figures;
 mod mesh_spec;
 mod run;
+mod separate;
 mod spec;
 mod vary;
 

@@ -12,7 +12,8 @@ use crate::V3;
 use crate::surface::{Carrier, Surface};
 use crate::world::{Tet, World};
 
-const ORDERS: [[usize; 3]; 6] = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
+/// The orders of the axes, one for each tetrahedron of a cube.
+pub(crate) const ORDERS: [[usize; 3]; 6] = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
 
 /// Matter of a soft body.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -161,7 +162,7 @@ pub fn cube_count(points: &[[f64; 3]], side: f64, padding: f64) -> f64 {
 }
 
 /// The nodes on the way along a cube's diagonal, one axis after the other.
-fn corner_steps(cell: &[i32; 3], order: &[usize; 3]) -> [[i32; 3]; 4] {
+pub(crate) fn corner_steps(cell: &[i32; 3], order: &[usize; 3]) -> [[i32; 3]; 4] {
     let mut nodes = [*cell; 4];
     for (step, axis) in order.iter().enumerate() {
         nodes[step + 1] = nodes[step];

@@ -39,6 +39,9 @@ pub struct Surface {
     pub carrier: Carrier,
     /// For each face the vertices and edges that it speaks for: [`FeatureOwners::bits`].
     pub(crate) owners: Arc<[u8]>,
+    /// The faces around each vertex of a body's skin, one vertex after the other, and where those of each begin; empty of others.
+    around: Arc<[u32]>,
+    around_starts: Arc<[u32]>,
     /// Knowledge of a rigid body's faces.
     rigid: Option<Arc<RigidSkin>>,
     vertex_count: usize,
@@ -67,6 +70,8 @@ impl Surface {
         let mut owners = vec![0; faces.len()];
         FeatureOwners::assign(&faces, &mut vec![FeatureUse::default(); 6 * faces.len()], &mut owners)
             .expect("buffers of the mesh's size");
+        let is_skin = !matches!(carrier, Carrier::Particles { .. });
+        let (around, around_starts) = if is_skin { faces_around(&faces, vertex_count) } else { Default::default() };
         let rigid = match &carrier {
             Carrier::Body { points, .. } => {
                 let clusters = MeshClusters::new(MeshView { points, faces: &faces }).expect("vertices that are there");
@@ -76,17 +81,48 @@ impl Surface {
             }
             _ => None,
         };
-        Self { faces: faces.into(), edges: edges.into(), carrier, owners: owners.into(), rigid, vertex_count }
+        Self {
+            faces: faces.into(),
+            edges: edges.into(),
+            carrier,
+            owners: owners.into(),
+            around: around.into(),
+            around_starts: around_starts.into(),
+            rigid,
+            vertex_count,
+        }
     }
 
     /// Strings: edges without triangles.
     pub fn of_edges(edges: Vec<[u32; 2]>, vertex_count: usize, carrier: Carrier) -> Self {
-        Self { faces: Arc::new([]), edges: edges.into(), carrier, owners: Arc::new([]), rigid: None, vertex_count }
+        let none = || Arc::new([]);
+        let (around, around_starts) = (none(), none());
+        Self {
+            faces: Arc::new([]),
+            edges: edges.into(),
+            carrier,
+            owners: Arc::new([]),
+            around,
+            around_starts,
+            rigid: None,
+            vertex_count,
+        }
     }
 
     /// How many vertices there are.
     pub fn vertex_count(&self) -> usize {
         self.vertex_count
+    }
+
+    /// Is it the skin of a rigid or soft body?
+    pub(crate) fn is_skin(&self) -> bool {
+        !self.around.is_empty()
+    }
+
+    /// The faces around a vertex of a body's skin.
+    pub(crate) fn faces_around(&self, vertex: u32) -> &[u32] {
+        let start = |index: usize| self.around_starts.get(index).map_or(0, |start| *start as usize);
+        self.around.get(start(vertex as usize)..start(vertex as usize + 1)).unwrap_or_default()
     }
 
     /// Where the vertices are.
@@ -164,4 +200,14 @@ impl Surface {
             Carrier::Tets(points) => RowSide::embedded(contact, points).unwrap_or(RowSide::Fixed),
         }
     }
+}
+
+/// The faces around each vertex, one vertex after the other, and where those of each begin.
+fn faces_around(faces: &[[u32; 3]], vertex_count: usize) -> (Vec<u32>, Vec<u32>) {
+    let mut uses: Vec<[u32; 2]> =
+        faces.iter().zip(0..).flat_map(|(face, id)| face.map(|vertex| [vertex, id])).collect();
+    uses.sort_unstable();
+    let starts = (0..=vertex_count as u32).map(|vertex| uses.partition_point(|[other, _]| *other < vertex) as u32);
+    let starts = starts.collect();
+    (uses.into_iter().map(|[_, face]| face).collect(), starts)
 }

@@ -178,7 +178,8 @@ impl Stage {
         }
         let surface = soft::add(&mut self.world, &points, &faces, spec.cell, spec.padding, &matter, is_wanted);
         if let Some(map) = spec.touched {
-            self.cages.push(CagedBody::new(field, &self.world, first, first_tet, map.into()));
+            let cage = CagedBody::new(field, &self.world, first, first_tet, map.into());
+            self.cages.push(if spec.padding > 0.0 { cage } else { cage.with_halo(spec.cell) });
         }
         let pose = Pose::of(&spec.start, random);
         for x in &mut self.world.x[first..] {

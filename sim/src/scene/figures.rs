@@ -88,7 +88,7 @@ impl Figures {
         let mut warnings = vec![];
         if self.deep_at_start > 0 {
             warnings.push(format!(
-                "{} faces are deep at the start: sheets may leave fast, and bodies far inside of each other may stay there",
+                "{} faces are deep at the start: sheets may leave fast, and soft bodies, or rigid ones far inside of an obstacle, may stay",
                 self.deep_at_start
             ));
         }

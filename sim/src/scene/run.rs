@@ -12,6 +12,7 @@ use sdf_field::{Field, Method, QueryError, Threads};
 
 use super::build::Stage;
 use super::figures::Figures;
+use super::separate::Separations;
 use super::spec::SceneSpec;
 use crate::caged::{CageAtRest, CageRoom, CagedBody};
 use crate::motion::Motion;
@@ -116,6 +117,8 @@ struct Run<'a> {
     before: Vec<[f64; 3]>,
     squares: (f64, usize),
     sides: Vec<BTreeMap<u32, V3>>,
+    /// Rigid bodies that started inside of each other.
+    separations: Separations,
     /// Soft bodies that others touch.
     cages: Vec<(&'a CagedBody, CageAtRest<'a>)>,
     cage_room: CageRoom,
@@ -160,6 +163,7 @@ impl<'a> Run<'a> {
             before: vec![],
             squares: (0.0, 0),
             sides: vec![BTreeMap::new(); stage.surfaces.len()],
+            separations: Separations::new(spec.thickness),
             cages: vec![],
             cage_room: CageRoom::default(),
         }
@@ -218,9 +222,12 @@ impl<'a> Run<'a> {
                     query.find_again(&obstacle, surface, world, &motion, memory, &mut self.contacts)?;
                     let pair = [index.min(number), index.max(number)];
                     self.pairs.extend((self.contacts.contacts.len() > first).then_some(pair));
+                    let field = &fields[id as usize];
+                    self.separations.take([index, number], surfaces, world, field, &mut self.contacts, first);
                 }
             }
         }
+        self.separations.push(surfaces, world, &mut self.contacts);
         let turn = |(key, now): (&_, &V3)| self.normals.get(key).map_or(0.0, |then| angle(then, now));
         self.turned = normals.iter().map(turn).fold(0.0, f64::max);
         self.normals = normals;
@@ -291,6 +298,7 @@ impl<'a> Run<'a> {
                 one_per_feature: false,
                 thickness: 0.0,
                 reduce: None,
+                opposed: false,
                 ..self.query
             }
         };

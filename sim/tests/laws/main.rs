@@ -1,5 +1,5 @@
 //! Laws of the simulator: free motion, sliding and rolling friction, walls, sheets at rest, stiff or entangled ones, soft bodies, also those that
-//! carry a sheet, two bodies exchanged, rigid surfaces that are remembered, overlaps undone.
+//! carry a sheet, two bodies exchanged, rigid surfaces that are remembered, overlaps undone, boxes that stand on each other.
 
 mod caged;
 mod contacts;
@@ -11,6 +11,7 @@ mod rigid_memory;
 mod rolling;
 mod sheets;
 mod soft;
+mod standing;
 mod toward;
 
 use sdf_core::nalgebra::Vector3;
