@@ -31,7 +31,7 @@ const POLL: Duration = Duration::from_millis(50);
 /// layout: "dense", or "sparse": bricks near the surface.
 /// sign: "auto", "pseudo-normal" (closed surfaces) or "winding" (also open ones).
 /// band: half width of a sparse grid's band, in cells. padding: cells around the mesh's box.
-/// precision: samples of a sparse grid, "f32", "u16" or "u8".
+/// precision: of samples, "f32", "u16" or "u8" [default: f32 of a dense grid, u16 of a sparse one].
 /// inner_faces: "drop" or "keep" faces inside of the solid, as where parts cross. keep_mesh: keep the mesh for contacts(..., exact=True).
 /// threads: 1 or more; None for all cores. The result does not depend on it.
 /// progress: called as progress(done, total), in steps of no fixed length, at last with all done; an exception in it ends the bake.

@@ -240,7 +240,7 @@ impl Sdf {
         self.0.max_margin()
     }
 
-    /// Sign method of the bake: "pseudo-normal" or "winding"; None of a closed form.
+    /// Sign method of the bake: "pseudo-normal" or "winding"; "given" of an imported grid, None of a closed form.
     #[getter]
     fn sign_method(&self) -> Option<&'static str> {
         self.0.info().map(|info| info.sign_method.name())
