@@ -14,6 +14,7 @@
 //! or along an edge, do not intersect; shared corners are recognized by their indices.
 
 mod corners_x8;
+mod rays;
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -29,6 +30,8 @@ use crate::rounding::{DETERMINANT_ROUNDING, MIN_VOLUME};
 use crate::simd::LANES;
 use crate::triangle::area_vector;
 use corners_x8::{CornersX8, FindNotApart};
+pub(in crate::mesh) use rays::{RAYS, crossing, ray_crossings, ray_end};
+pub(crate) use rays::{whole_winding_number, winding_change};
 
 /// Triangles that are compared with one list of others: neighbours in the tree's order, and so in space.
 const GROUP_SIZE: usize = 8;
@@ -331,82 +334,6 @@ fn edge_volumes([p, q]: [Vector3<f64>; 2], [a, b, c]: [Vector3<f64>; 3]) -> [f64
 fn side_of_plane([a, b, c]: [Vector3<f64>; 3], point: Vector3<f64>) -> f64 {
     let [a, b, c, point] = [a, b, c, point].map(|p| Coord3D { x: p.x, y: p.y, z: p.z });
     orient3d(a, b, c, point)
-}
-
-/// Change of the winding number along a segment, by the triangles that it crosses. `None` if it touches the edge of a
-/// triangle or an end lies in the plane of one. Also `None` if more than 256 boxes meet the segment's: evaluating the
-/// winding number costs less.
-pub(crate) fn winding_change(tree: &Bvh, orientations: &[f64], [from, to]: [Vector3<f64>; 2]) -> Option<f64> {
-    const MAX_TRIANGLES: usize = 256;
-    let (mut change, mut triangles) = (Some(0.0), 0);
-    tree.visit_overlapping(from.inf(&to), from.sup(&to), |slot| {
-        triangles += 1;
-        let crossing = if orientations[slot] == 0.0 { Some(0.0) } else { crossing([from, to], tree.corners[slot]) };
-        let crossing = crossing.filter(|_| triangles <= MAX_TRIANGLES);
-        change = change.zip(crossing).map(|(change, crossing)| change + crossing * orientations[slot]);
-        if change.is_none() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    });
-    change
-}
-
-/// Directions of rays that are tried where one touches an edge.
-pub(crate) const RAYS: usize = 12;
-
-/// End of a ray from a point, out of a box. It has no simple ratio of coordinates, which are fractional parts of multiples of roots.
-pub(crate) fn ray_end(from: Vector3<f64>, bounds: &Aabb, ray: usize) -> Vector3<f64> {
-    let direction = Vector3::from([2.0_f64, 3.0, 5.0].map(|n| ((ray + 1) as f64 * n.sqrt()).fract() - 0.5));
-    let to_box = (from - Vector3::from(bounds.min)).norm();
-    from + direction.normalize() * (2.0 * bounds.diagonal().max(to_box))
-}
-
-/// Winding number at a point, by the triangles that a ray crosses, where all winding numbers are whole. `orientation` is that of the
-/// triangle of a slot. `None` if each ray touches an edge.
-pub(crate) fn whole_winding_number(
-    tree: &Bvh,
-    from: Vector3<f64>,
-    bounds: &Aabb,
-    orientation: impl Fn(usize) -> f64,
-) -> Option<i32> {
-    (0..RAYS).find_map(|ray| {
-        let crossings = ray_crossings(tree, [from, ray_end(from, bounds, ray)], |slot| orientation(slot) != 0.0)?;
-        Some(crossings.iter().map(|(slot, crossing)| -(crossing * orientation(*slot)) as i32).sum())
-    })
-}
-
-/// Slots of the counted triangles that a segment crosses, each with 1 if it does so from the front, −1 from the back. `None` if the segment
-/// touches an edge, or an end of it lies in a triangle's plane.
-pub(super) fn ray_crossings(
-    tree: &Bvh,
-    segment: [Vector3<f64>; 2],
-    is_counted: impl Fn(usize) -> bool,
-) -> Option<Vec<(usize, f64)>> {
-    let mut crossings = Some(vec![]);
-    tree.visit_along(segment, |slot| {
-        if is_counted(slot) {
-            match crossing(segment, tree.corners[slot]) {
-                Some(0.0) => {}
-                Some(crossing) => crossings.iter_mut().for_each(|crossings| crossings.push((slot, crossing))),
-                None => crossings = None,
-            }
-        }
-        if crossings.is_none() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    });
-    crossings
-}
-
-/// 1 if the segment crosses a triangle from its front, −1 from its back, 0 if not; `None` if it touches an edge or the
-/// plane.
-pub(super) fn crossing(segment: [Vector3<f64>; 2], triangle: [Vector3<f64>; 3]) -> Option<f64> {
-    let [from_side, to_side] = segment.map(|point| side_of_plane(triangle, point));
-    if (from_side > 0.0 && to_side > 0.0) || (from_side < 0.0 && to_side < 0.0) {
-        return Some(0.0);
-    }
-    let volumes = edge_volumes(segment, triangle);
-    if volumes.iter().any(|volume| *volume > 0.0) && volumes.iter().any(|volume| *volume < 0.0) {
-        return Some(0.0);
-    }
-    let is_clear = from_side != 0.0 && to_side != 0.0 && volumes.iter().all(|volume| *volume != 0.0);
-    is_clear.then_some(if to_side > 0.0 { 1.0 } else { -1.0 })
 }
 
 #[cfg(test)]

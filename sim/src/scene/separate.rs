@@ -35,7 +35,7 @@ const ROUNDS: u32 = 40;
 pub(super) struct Separations {
     /// The direction in which the first one parts, and one of the pair's contacts.
     pairs: BTreeMap<[usize; 2], (V3, Contact<f64>)>,
-    /// Those that are deep in this frame.
+    /// Pairs that are deep in this frame.
     deep: BTreeSet<[usize; 2]>,
     has_started: bool,
     thickness: f64,

@@ -61,7 +61,7 @@ use crate::{Aabb, ExactMinimum, Goal};
 const FEW_CELLS: u32 = 10;
 
 /// Largest change of φ over a cell: its square, times a few hundred, is a number of single precision.
-const STEEPEST: f64 = 1e17;
+const STEEPEST: f64 = 1e18;
 
 impl<S: Storage> Grid<S> {
     /// `None` if the triangle leaves the box or meets too many cells, a sample is not finite, or φ changes by so much over a cell that
