@@ -36,7 +36,7 @@ pub(crate) use rays::{whole_winding_number, winding_change};
 /// Triangles that are compared with one list of others: neighbours in the tree's order, and so in space.
 const GROUP_SIZE: usize = 8;
 
-/// Pairs that are compared at most, and more of large meshes: some seconds. Triangles of a surface are near a dozen others, those of a
+/// Pairs that are compared at most, and more of large meshes: some ten seconds. Triangles of a surface are near a dozen others, those of a
 /// heap near all.
 const MAX_TESTS: usize = 1 << 25;
 

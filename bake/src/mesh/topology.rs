@@ -33,7 +33,7 @@ pub struct Topology {
     /// Triangles that occur twice with opposite windings.
     pub doubled: usize,
     /// Pairs of triangles that cross or overlap. Counted only if the mesh is one closed shell, and to the end only
-    /// if no more triangles are near each other than can be compared in some seconds.
+    /// if no more triangles are near each other than can be compared in some ten seconds.
     pub intersecting_pairs: usize,
     /// The one closed shell was wound inside out, and is turned as a whole.
     pub inside_out: bool,
