@@ -72,11 +72,14 @@ impl<'a> Motion<'a> {
         })
     }
 
+    fn is_still(&self) -> bool {
+        self.clusters.is_none() && self.pose.is_none() && self.margins.is_none()
+    }
+
     /// Refuses options that a mesh in motion does not have, and margins that contacts of the field do not have.
     pub fn check(&self, field: &Field, options: &ContactOptions, is_on_card: bool) -> PyResult<()> {
-        let is_still = self.clusters.is_none() && self.pose.is_none() && self.margins.is_none();
         match options.elements {
-            _ if is_still => return Ok(()),
+            _ if self.is_still() => return Ok(()),
             _ if is_on_card => return Err(value_error("clusters, mesh_pose, margins: only with device=\"cpu\"")),
             Elements::Faces => {}
             _ => return Err(value_error("clusters, mesh_pose, margins: only with elements=\"faces\"")),
@@ -89,12 +92,12 @@ impl<'a> Motion<'a> {
 
     /// Contacts of the mesh.
     pub fn find(&self, field: &Field, mesh: MeshView, options: &ContactOptions) -> Result<Contacts, QueryError> {
-        let Self { clusters, pose, margins } = self;
-        if clusters.is_none() && pose.is_none() && margins.is_none() {
+        if self.is_still() {
             return field.contacts(mesh, options);
         }
-        let clusters = clusters.map(|clusters| &clusters.clusters);
-        field.contacts_in_motion(&MeshInMotion { mesh, pose: *pose, clusters, margins: margins.as_deref() }, options)
+        let clusters = self.clusters.map(|clusters| &clusters.clusters);
+        let margins = self.margins.as_deref();
+        field.contacts_in_motion(&MeshInMotion { mesh, pose: self.pose, clusters, margins }, options)
     }
 }
 
