@@ -1,9 +1,13 @@
 //! Memory that is free, so that work which needs more is refused before it begins.
 
+#[cfg(not(target_arch = "wasm32"))]
+use sysinfo::{MemoryRefreshKind, ProcessRefreshKind, ProcessesToUpdate, System};
+
 /// Memory that is assumed to be free where the system does not say.
 pub const ASSUMED_BYTES: f64 = 64e9;
 
-/// Free memory in bytes. Linux says it in a file; WebAssembly has addresses of 32 bits; elsewhere it is not known.
+/// Free memory in bytes: what the machine has, and no more than the limit of the process' container or batch job leaves (cgroups of
+/// Linux). Caches of files count as free. WebAssembly has addresses of 32 bits. `None` where the system does not say.
 #[cfg(target_arch = "wasm32")]
 pub fn free_bytes() -> Option<f64> {
     let pages = 65536 - core::arch::wasm32::memory_size(0);
@@ -11,11 +15,22 @@ pub fn free_bytes() -> Option<f64> {
     Some((pages as f64 * 65536.0).min(isize::MAX as f64))
 }
 
-/// Free memory in bytes. Linux says it in a file; WebAssembly has addresses of 32 bits; elsewhere it is not known.
+/// Free memory in bytes: what the machine has, and no more than the limit of the process' container or batch job leaves (cgroups of
+/// Linux). Caches of files count as free. WebAssembly has addresses of 32 bits. `None` where the system does not say.
 #[cfg(not(target_arch = "wasm32"))]
 pub fn free_bytes() -> Option<f64> {
-    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
-    let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
-    let kibibytes: f64 = line.split_whitespace().next()?.parse().ok()?;
-    Some(kibibytes * 1024.0)
+    let mut system = System::new().ok()?;
+    system.refresh_memory_specifics(MemoryRefreshKind::nothing().with_ram());
+    let of_machine = Some(system.available_memory()).filter(|bytes| *bytes > 0);
+    [of_machine, free_of_group(&mut system)].into_iter().flatten().min().map(|bytes| bytes as f64)
+}
+
+/// What the limit of the process' control group and of those around it leaves; `None` without a limit. Of the memory that is counted
+/// against it, the system takes back the caches of files.
+#[cfg(not(target_arch = "wasm32"))]
+fn free_of_group(system: &mut System) -> Option<u64> {
+    let process = sysinfo::get_current_pid().ok()?;
+    system.refresh_processes_specifics(ProcessesToUpdate::Some(&[process]), false, ProcessRefreshKind::nothing());
+    let limits = system.process(process)?.cgroup_limits()?;
+    Some(limits.total_memory.saturating_sub(limits.rss))
 }

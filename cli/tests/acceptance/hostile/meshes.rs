@@ -1,9 +1,20 @@
 //! Malformed, empty, vast and tiny meshes.
 
 use std::time::Instant;
+#[cfg(target_os = "linux")]
+use std::{
+    fs,
+    io::Write,
+    path::{Path, PathBuf},
+};
+
+#[cfg(target_os = "linux")]
+use assert_cmd::Command;
 
 use super::{bad_mesh, scene};
 use crate::folder::says;
+#[cfg(target_os = "linux")]
+use crate::folder::{SDFTOOL, done};
 use crate::meshes::Model;
 
 #[test]
@@ -119,6 +130,46 @@ fn a_grid_that_does_not_fit_into_memory_is_refused_at_once_with_its_size() {
         folder.done(&format!("bake cube.obj {words}"));
         folder.done("verify cube.sdf.h5 cube.obj --points 200");
     }
+}
+
+/// A control group of its own with 64 MiB of memory; `None` where this process may not make one.
+#[cfg(target_os = "linux")]
+fn limited_group() -> Option<PathBuf> {
+    let roots = [("/sys/fs/cgroup/memory", "memory.limit_in_bytes"), ("/sys/fs/cgroup", "memory.max")];
+    roots.into_iter().find_map(|(root, limit)| {
+        let group = Path::new(root).join(format!("sdftool-test-{}", std::process::id()));
+        fs::create_dir(&group).ok()?;
+        // `write` would make a file where the group has none.
+        let set =
+            fs::OpenOptions::new().write(true).open(group.join(limit)).and_then(|mut file| file.write_all(b"64M"));
+        set.is_ok().then_some(group.clone()).or_else(|| {
+            fs::remove_dir(&group).unwrap();
+            None
+        })
+    })
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_bake_beyond_the_limit_of_its_container_is_refused() {
+    let Some(group) = limited_group() else {
+        return eprintln!("not tested: this process may not make a control group");
+    };
+    let folder = scene();
+    let bake = |words: &str| {
+        let mut command = Command::new("sh");
+        let enter = format!("echo $$ > {}/cgroup.procs && exec \"$0\" bake cube.obj {words}", group.display());
+        command.args(["-c", &enter, SDFTOOL]).current_dir(folder.path());
+        command
+    };
+    // 110 MB, which the machine has.
+    let big = "--res 300 --padding 0 --sign pseudo-normal";
+    let refused = folder.refuses(&mut bake(big), big);
+    done(&mut bake("--res 64"), "bake within the limit");
+    fs::remove_dir(&group).unwrap();
+    says(&refused, &["needs 110533220 bytes (110.5 MB)", "are free here", "smaller --res"]);
+    let free = refused.split("MB), and ").nth(1).unwrap().split_whitespace().next().unwrap();
+    assert!(free.parse::<u64>().unwrap() <= 64 << 20, "{refused}");
 }
 
 /// A triangle smaller than the spacing of f64 numbers at the far corner of the grid.
