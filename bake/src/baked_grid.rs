@@ -30,6 +30,7 @@ impl DenseGrid {
     pub fn into_grid(self, lattice: &Lattice) -> BakedGrid {
         let storage = OwnedStorage::dense(lattice, self.distances, self.bounds).expect(FITS);
         let grid = OwnedGrid::new(*lattice, storage, self.slope_bound).expect(FITS).with_error_bound(self.error_bound);
+        let grid = grid.with_inside_at_box(self.inside_reaches_box);
         BakedGrid { grid, error_bound: self.error_bound, jumps: None }
     }
 }
@@ -41,7 +42,7 @@ impl<C: OwnedCode> SparseGrid<C> {
     ///
     /// On another lattice.
     pub fn into_grid(self, lattice: &Lattice, band: f64) -> BakedGrid {
-        let Self { table: _, slots, scales, samples, bounds, errors, coarse, slope_bound, error_bound, jumps } = self;
+        let Self { slots, scales, samples, bounds, errors, coarse, slope_bound, error_bound, jumps, .. } = self;
         let counts = brick_counts(lattice);
         let table = OwnedBricks::<C>::table_of(counts, &slots).expect(FITS);
         let coarse = OwnedBricks::<C>::coarse_of(counts, &coarse).expect(FITS);
@@ -49,6 +50,7 @@ impl<C: OwnedCode> SparseGrid<C> {
         let storage = OwnedStorage::sparse(lattice, bricks).expect(FITS);
         let grid = OwnedGrid::new(*lattice, storage, slope_bound).expect(FITS);
         let grid = grid.with_band(band).with_error_bound(error_bound).with_deep_error(DEEP_ERROR * lattice.spacing());
+        let grid = grid.with_inside_at_box(self.inside_reaches_box);
         BakedGrid { grid, error_bound, jumps }
     }
 }

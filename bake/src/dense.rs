@@ -31,6 +31,8 @@ pub struct DenseGrid {
     pub slope_bound: f64,
     /// Largest difference of the interpolant from the signed distance anywhere in the grid's box.
     pub error_bound: f64,
+    /// See [`Grid::with_inside_at_box`](sdf_core::grid::Grid::with_inside_at_box).
+    pub inside_reaches_box: bool,
 }
 
 impl DenseGrid {
@@ -40,8 +42,9 @@ impl DenseGrid {
         if distances.len() != lattice.node_count() || !are_finite(&distances) {
             return None;
         }
-        let (bounds, slope_bound) = measured(lattice, &distances);
-        slope_bound.is_finite().then_some(Self { distances, bounds, slope_bound, error_bound: f64::INFINITY })
+        let Measured { bounds, slope_bound, inside_reaches_box } = Measured::new(lattice, &distances);
+        let error_bound = f64::INFINITY;
+        slope_bound.is_finite().then_some(Self { distances, bounds, slope_bound, error_bound, inside_reaches_box })
     }
 }
 
@@ -50,13 +53,23 @@ fn are_finite(samples: &[f32]) -> bool {
     sdf_parallel::map_chunks(samples.len(), are_finite).into_iter().all(|are_finite| are_finite)
 }
 
-/// Bounds of each block, and a Lipschitz constant of all.
-fn measured(lattice: &Lattice, distances: &[f32]) -> (Vec<BlockBounds>, f64) {
-    let bounds = block_bounds(lattice, distances);
-    let max_slope = bounds.iter().map(|block| block.slope_bound).fold(0.0, f32::max);
-    let value = |node: [u32; 3]| distances[lattice.index(node)];
-    let slope_bound = slope_bound_with_outside(max_slope.into(), inside_reaches_box(lattice, value));
-    (bounds, slope_bound)
+/// What samples tell.
+struct Measured {
+    /// Bounds of each block.
+    bounds: Vec<BlockBounds>,
+    /// A Lipschitz constant of all.
+    slope_bound: f64,
+    /// Is a sample on the faces of the box negative?
+    inside_reaches_box: bool,
+}
+
+impl Measured {
+    fn new(lattice: &Lattice, distances: &[f32]) -> Self {
+        let bounds = block_bounds(lattice, distances);
+        let max_slope = bounds.iter().map(|block| block.slope_bound).fold(0.0, f32::max);
+        let inside_reaches_box = inside_reaches_box(lattice, |node| distances[lattice.index(node)]);
+        Self { bounds, slope_bound: slope_bound_with_outside(max_slope.into(), inside_reaches_box), inside_reaches_box }
+    }
 }
 
 /// Grid of cubic cells of side `spacing` centered on a box, at least `padding` cells wider on each side. `None` if
@@ -93,9 +106,11 @@ pub fn bake(mesh: &MeshDistance, lattice: &Lattice, on_nodes_done: &(dyn Fn(usiz
             NodeBlock { counts, spacing: lattice.spacing(), position }.sign_rows(mesh, &[], &mut rows);
         });
     }
-    let (bounds, slope_bound) = measured(lattice, &distances);
+    let Measured { bounds, slope_bound, inside_reaches_box } = Measured::new(lattice, &distances);
     let error_bound = error_bound(mesh, lattice, &distances);
-    DenseGrid { distances, bounds, slope_bound, error_bound }
+    // What is inside of a closed mesh lies in the box: a sample there is negative by rounding.
+    let inside_reaches_box = inside_reaches_box && !mesh.is_continuous();
+    DenseGrid { distances, bounds, slope_bound, error_bound, inside_reaches_box }
 }
 
 /// Distance at every node, signed if pseudo-normals give the sign.

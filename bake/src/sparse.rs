@@ -93,6 +93,8 @@ pub struct SparseGrid<C> {
     pub slope_bound: f64,
     /// Largest of [`Self::errors`].
     pub error_bound: f64,
+    /// See [`Grid::with_inside_at_box`](sdf_core::grid::Grid::with_inside_at_box).
+    pub inside_reaches_box: bool,
     /// Cells in which the sign may jump. `None` where the signed distance is continuous, or the mesh was not at hand.
     pub jumps: Option<SignJumps>,
 }

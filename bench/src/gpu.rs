@@ -41,6 +41,9 @@ pub struct GpuOptions {
     /// Only the scenes of these names.
     #[arg(long, value_name = "NAME")]
     pub only: Vec<String>,
+    /// Only queries of these forms: separate, fused, lean, leanseparate, certified.
+    #[arg(long, value_name = "FORM")]
+    pub form: Vec<String>,
     /// How often each time is taken.
     #[arg(long, default_value_t = 100)]
     pub repetitions: usize,
@@ -118,6 +121,9 @@ pub fn measure(options: &GpuOptions) -> Result<()> {
                 let [one, all] = [&processor[0], &processor[1]].map(|time| time.as_deref().unwrap_or("failed"));
                 let (margin, iterations) = (scene.margin, ITERATIONS);
                 for (stages, unsettled) in FORMS {
+                    if !options.form.is_empty() && !options.form.contains(&name_of(stages, unsettled)) {
+                        continue;
+                    }
                     let query =
                         QueryOptions { method, margin, iterations, stages, unsettled, ..QueryOptions::default() };
                     let twice;
@@ -178,12 +184,17 @@ fn on_card(
     let times = on_card.time(options.repetitions)?;
     let text = |times: &Vec<f32>| format!("{:.1}", median(times.iter().map(|time| f64::from(*time)).collect()));
     let kernels: Vec<_> = times.kernels.iter().map(text).collect();
-    let stages = match query.unsettled {
-        Unsettled::Certify { .. } => "certified second".to_owned(),
-        _ => format!("{:?}", query.stages).to_lowercase(),
-    };
+    let stages = name_of(query.stages, query.unsettled);
     let [launched, graph] = [text(&times.launched), text(&times.graph)];
     Ok(Some(vec![stages, found.len().to_string(), equal, kernels.join(" + "), launched, graph]))
+}
+
+/// What a form is called in the table.
+fn name_of(stages: Stages, unsettled: Unsettled) -> String {
+    match unsettled {
+        Unsettled::Certify { .. } => "certified".to_owned(),
+        _ => format!("{stages:?}").to_lowercase(),
+    }
 }
 
 struct Scene {

@@ -9,8 +9,10 @@ use crate::{Aabb, EnclosedSdf, Interval, Sample};
 pub struct ErrorBound {
     /// φ − d ≤ `near` at every point, but where φ and d are both below `levels` or both above.
     pub near: f64,
-    /// d − φ ≤ `near_below` at these points, where they are not outside a grid.
+    /// d − φ ≤ `near_below` at these points.
     pub near_below: f64,
+    /// Where [`near`](Self::near) and [`near_below`](Self::near_below) may not hold at points outside of a grid.
+    pub fails_outside: [bool; 2],
     /// φ − d ≤ `above` at every point.
     pub above: f64,
     /// d − φ ≤ `below` at every point.
@@ -28,15 +30,17 @@ impl ErrorBound {
 
     /// |φ − d| ≤ `error` at every point.
     pub const fn everywhere(error: f64) -> Self {
-        Self { near: error, near_below: error, above: error, below: error, levels: Interval::EVERYTHING }
+        let fails_outside = [false; 2];
+        Self { near: error, near_below: error, fails_outside, above: error, below: error, levels: Interval::EVERYTHING }
     }
 
     /// Bound of either: of two regions together, and of the minimum of two fields.
     pub fn max(self, other: Self) -> Self {
-        let Self { near, near_below, above, below, levels: Interval { lower, upper } } = other;
+        let Self { near, near_below, fails_outside, above, below, levels: Interval { lower, upper } } = other;
         Self {
             near: self.near.max(near),
             near_below: self.near_below.max(near_below),
+            fails_outside: [0, 1].map(|side: usize| self.fails_outside[side] || fails_outside[side]),
             above: self.above.max(above),
             below: self.below.max(below),
             levels: Interval { lower: self.levels.lower.max(lower), upper: self.levels.upper.min(upper) },
@@ -45,9 +49,11 @@ impl ErrorBound {
 
     /// Bound of −φ against −d.
     pub fn negate(self) -> Self {
+        let [near_fails, near_below_fails] = self.fails_outside;
         Self {
             near: self.near_below,
             near_below: self.near,
+            fails_outside: [near_below_fails, near_fails],
             above: self.below,
             below: self.above,
             levels: self.levels.negate(),
@@ -61,10 +67,11 @@ impl ErrorBound {
 
     /// Bound of s φ against s d.
     pub fn scale(self, scale: f64) -> Self {
-        let Self { near, near_below, above, below, levels } = self;
+        let Self { near, near_below, above, below, levels, .. } = self;
         Self {
             near: near * scale,
             near_below: near_below * scale,
+            fails_outside: self.fails_outside,
             above: above * scale,
             below: below * scale,
             levels: levels.scale(scale),
@@ -76,13 +83,15 @@ impl ErrorBound {
         if self.levels == Interval::EVERYTHING {
             return self;
         }
-        Self { near: self.above, near_below: self.below, levels: Interval::EVERYTHING, ..self }
+        let fails_outside = [false; 2];
+        Self { near: self.above, near_below: self.below, fails_outside, levels: Interval::EVERYTHING, ..self }
     }
 
     /// Upper bound of φ at all points where d ≤ `margin`: how far a search must look that is to leave out none of them.
     pub fn reach(&self, margin: f64) -> f64 {
         let Interval { lower, upper } = self.levels;
-        let near = if margin <= upper { lower.max(margin + self.near) } else { f64::INFINITY };
+        let is_near = margin <= upper && !self.fails_outside[0];
+        let near = if is_near { lower.max(margin + self.near) } else { f64::INFINITY };
         near.min(margin + self.above)
     }
 
@@ -111,6 +120,7 @@ impl ErrorBound {
         Self {
             near: scaled.near + deeper(self.near, range.lower.max(lower)),
             near_below: scaled.near_below + farther(self.near_below, range.upper.min(upper)),
+            fails_outside: self.fails_outside,
             above: scaled.above + deeper(self.above, range.lower),
             below: scaled.below + farther(self.below, range.upper),
             levels: Interval {
@@ -122,7 +132,7 @@ impl ErrorBound {
 
     /// Bound of |φ − d| at one point.
     pub(crate) fn at_point<F: EnclosedSdf, R: Float>(field: &F, point: &Aabb, sample: &Sample<R>) -> R {
-        let Self { near, near_below, above, below, levels } = field.error_bound(point);
+        let Self { near, near_below, above, below, levels, .. } = field.error_bound(point);
         let value = sample.value.to_f64();
         let is_near = !sample.status.beyond_band && !sample.status.outside_grid;
         // Of a combination another part may be beyond its band there.
@@ -138,6 +148,7 @@ mod tests {
     const GRID: ErrorBound = ErrorBound {
         near: 0.5,
         near_below: 0.25,
+        fails_outside: [false; 2],
         above: 4.0,
         below: 3.0,
         levels: Interval { lower: -2.0, upper: 2.0 },
@@ -154,11 +165,16 @@ mod tests {
         assert_eq!([-4.0, 0.0, 0.5, 1.0].map(|margin| moved.reach(margin)), [-3.5, 0.5, 1.0, 5.0]);
         assert_eq!(GRID.max(moved).levels, Interval { lower: -2.0, upper: 0.5 });
         assert_eq!(GRID.at_all_levels().reach(0.0), 4.0);
+        let outside = ErrorBound { fails_outside: [false, true], ..GRID };
+        assert_eq!(
+            [outside.reach(0.0), outside.negate().reach(0.0), outside.max(GRID).negate().reach(0.0)],
+            [0.5, 3.0, 3.0]
+        );
         assert_eq!(ErrorBound::everywhere(1.0).at_all_levels(), ErrorBound::everywhere(1.0));
     }
 
     fn holds(bound: &ErrorBound, value: f64, distance: f64) -> bool {
-        let ErrorBound { near, near_below, above, below, levels } = *bound;
+        let ErrorBound { near, near_below, above, below, levels, .. } = *bound;
         let is_beyond = value.max(distance) < levels.lower || value.min(distance) > levels.upper;
         let off = value - distance;
         off <= above && -off <= below && (is_beyond || off <= near && -off <= near_below)

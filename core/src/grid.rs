@@ -93,6 +93,7 @@ pub struct Grid<S> {
     band: Parameter,
     error_bound: f64,
     deep_error: f64,
+    inside_reaches_box: bool,
 }
 
 impl<S: Storage> Grid<S> {
@@ -106,13 +107,14 @@ impl<S: Storage> Grid<S> {
             band: f64::INFINITY.into(),
             error_bound: f64::INFINITY,
             deep_error: f64::INFINITY,
+            inside_reaches_box: false,
         })
     }
 
     /// The same grid with the same samples in a storage of another type, such as one variant of an enum of storages.
     pub fn with_storage<T: Storage>(&self, storage: T) -> Grid<T> {
-        let Self { lattice, slope_bound, band, error_bound, deep_error, .. } = *self;
-        Grid { lattice, storage, slope_bound, band, error_bound, deep_error }
+        let Self { lattice, slope_bound, band, error_bound, deep_error, inside_reaches_box, .. } = *self;
+        Grid { lattice, storage, slope_bound, band, error_bound, deep_error, inside_reaches_box }
     }
 
     /// The same grid with another band: samples with |φ| ≥ `band` get the status [`beyond_band`](crate::Status::beyond_band).
@@ -127,7 +129,7 @@ impl<S: Storage> Grid<S> {
     }
 
     /// The same grid with another bound of |φ − d|, where d, the signed distance to the shape that was sampled, is within the band.
-    /// The shape lies inside the box. Infinite unless set: nothing is known.
+    /// The surface of the shape lies inside the box. Infinite unless set: nothing is known.
     pub fn with_error_bound(self, error_bound: f64) -> Self {
         Self { error_bound, ..self }
     }
@@ -140,6 +142,17 @@ impl<S: Storage> Grid<S> {
     /// The bound that [`with_deep_error`](Self::with_deep_error) set.
     pub fn deep_error(&self) -> f64 {
         self.deep_error
+    }
+
+    /// The same grid, with or without the inside of the shape reaching the faces of the box, as that of an open mesh may: then nothing is
+    /// known of the error outside. False unless set.
+    pub fn with_inside_at_box(self, inside_reaches_box: bool) -> Self {
+        Self { inside_reaches_box, ..self }
+    }
+
+    /// What [`with_inside_at_box`](Self::with_inside_at_box) set.
+    pub fn inside_reaches_box(&self) -> bool {
+        self.inside_reaches_box
     }
 
     /// The bound that [`with_error_bound`](Self::with_error_bound) set; one of a region is [`EnclosedSdf::error_bound`].
@@ -245,11 +258,15 @@ impl<S: Storage> EnclosedSdf for Grid<S> {
     }
 
     /// Outside the box φ exceeds d by no more than at its border: φ(x) = √(s² + φ(P)²) for the nearest point P of the box, s away,
-    /// and d(x) ≥ √(s² + d(P)²) for a shape inside the box.
+    /// and d(x) ≥ √(s² + d(P)²) for a shape inside the box. By how much d exceeds φ there is not known.
     fn error_bound(&self, region: &Aabb) -> ErrorBound {
         let error = self.error_of_cells(region);
         let is_inside = self.lattice.bounds().encloses(region);
-        ErrorBound { below: if is_inside { error.below } else { f64::INFINITY }, ..error }
+        if self.inside_reaches_box && !is_inside {
+            return ErrorBound::UNKNOWN;
+        }
+        let below = if is_inside { error.below } else { f64::INFINITY };
+        ErrorBound { fails_outside: [false, !is_inside], below, ..error }
     }
 
     #[cfg_attr(feature = "std", inline(always))]

@@ -68,6 +68,9 @@ pub trait Real:
     /// count as zero where a direction is needed, because their squares have lost digits.
     const MAX_COORDINATE: f64;
 
+    /// Most that a length is above the root of the sum of its squares, as computed: each square loses up to half of the smallest number.
+    const LOST_LENGTH: f64;
+
     /// Nearest number to a constant or a parameter of a field.
     fn from_f64(x: f64) -> Self;
 
@@ -212,13 +215,14 @@ pub trait Gather {
 }
 
 macro_rules! float {
-    ($float:ident, $precision:ident, $sqrt:ident, $trunc:ident, $index:ident, $min:ident, $max:ident, $max_coordinate:literal) => {
+    ($float:ident, $precision:ident, $sqrt:ident, $trunc:ident, $index:ident, $min:ident, $max:ident, $max_coordinate:literal, $lost_length:literal) => {
         impl Real for $float {
             type Mask = bool;
             type Lane = Self;
             const LANES: usize = 1;
             const EPSILON: f64 = $float::EPSILON as f64;
             const MAX_COORDINATE: f64 = $max_coordinate;
+            const LOST_LENGTH: f64 = $lost_length;
 
             #[inline(always)]
             fn from_f64(x: f64) -> Self {
@@ -295,5 +299,5 @@ macro_rules! float {
     };
 }
 
-float!(f32, single, sqrtf, truncf, indexf, minf, maxf, 1e18);
-float!(f64, double, sqrt, trunc, index, min, max, 1e150);
+float!(f32, single, sqrtf, truncf, indexf, minf, maxf, 1e18, 5e-23);
+float!(f64, double, sqrt, trunc, index, min, max, 1e150, 3e-162);

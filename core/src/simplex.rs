@@ -63,8 +63,8 @@ impl<R: Real, const N: usize> Simplex<R, N> {
     #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn lower_bound(&self, field: FieldScale<R>, slope_bound: R, point: Vector3<R>, value: R) -> R {
         let distance = self.max_distance_from(point);
-        // In R a slope bound may overflow to infinity, and 0 · ∞ is NaN.
-        let fall = R::select(distance.is_zero(), R::zero(), distance * slope_bound);
+        // In R a slope bound may overflow to infinity: the one corner of a point is the point itself.
+        let fall = if N == 1 { R::zero() } else { distance * slope_bound };
         value - fall - rounding(field, point, distance, value)
     }
 
@@ -106,14 +106,15 @@ pub(crate) fn mean<R: Real>(points: &[Vector3<R>]) -> Vector3<R> {
     points.iter().skip(1).fold(*first, |mean, point| mean + (point - first) * fraction)
 }
 
-/// Largest distance from `from` to one of the points: the root of the largest square, which is the largest root.
+/// Upper bound of the largest distance from `from` to one of the points: the root of the largest square, which is the largest root,
+/// and what squares lose that are too small for a number.
 #[inline(always)]
 pub(crate) fn max_distance<R: Real>(from: Vector3<R>, points: &[Vector3<R>]) -> R {
     let mut largest = R::zero();
     for point in points {
         largest = largest.max(norm_squared(point - from));
     }
-    largest.sqrt()
+    largest.sqrt() + R::from_f64(R::LOST_LENGTH)
 }
 
 /// [`Simplex::lower_bound`] as a kernel: from the simplex, the scale of the whole field and the slope bound there, a point and its value.

@@ -1,10 +1,10 @@
 //! The stages of a contact, called one by one as a GPU does: are they those of `contact`?
 
 use sdf_core::Simplex;
-use sdf_core::contact::{Element, Outcome, contact, contact_at, cull};
-use sdf_core::minimize::{FrankWolfe, Minimizer};
+use sdf_core::contact::{Element, Outcome, contact, contact_at, cull, lean_contact};
+use sdf_core::minimize::{Certified, FrankWolfe, Minimizer};
 use sdf_core::nalgebra::Vector3;
-use sdf_core::shapes::Torus;
+use sdf_core::shapes::{Cuboid, Torus};
 
 const MARGIN: f32 = 0.05;
 
@@ -37,4 +37,24 @@ fn cull_search_and_report_one_after_the_other_make_the_contact_of_one_call() {
         culled += u32::from(by_stages == Outcome::Culled);
     }
     assert!(contacts > 100 && culled > 100, "{contacts} contacts, {culled} culled");
+}
+
+/// Squares of such lengths are zero in single precision.
+#[test]
+fn nothing_is_culled_of_a_body_that_is_too_small_for_squares() {
+    for exponent in 0..=28 {
+        let unit = 10.0_f64.powi(-exponent);
+        let field = Cuboid::new([unit; 3]).unwrap();
+        let corners = [[0.5, 0.0, 0.0], [1.5, 0.0, 0.0], [1.5, 0.5, 0.0]];
+        let corners = corners.map(|corner| Vector3::from(corner.map(|x: f64| (x * unit) as f32)));
+        let element = Element { id: 0, vertices: [0, 1, 2], simplex: Simplex { corners } };
+        for outcome in [
+            contact(&field, &FrankWolfe::default(), 0.0, &element),
+            contact(&field, &Certified::default(), 0.0, &element),
+            lean_contact(&field, &FrankWolfe::default(), 0.0, &element),
+        ] {
+            let Outcome::Contact(contact) = outcome else { panic!("in units of {unit}: {outcome:?}") };
+            assert!(contact.distance < 0.0 && contact.lower_bound <= -0.5 * unit as f32, "{contact:?}");
+        }
+    }
 }

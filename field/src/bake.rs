@@ -160,7 +160,8 @@ fn finished(mesh: &TriangleMesh, distance: &MeshDistance, options: &BakeOptions,
     let BakedGrid { grid, error_bound, .. } = baked;
     let (has_inside, is_proven) = (inside::has_inside(&grid), distance.is_continuous());
     let info = grid_info(mesh, distance, options, &grid.lattice().bounds(), error_bound, band);
-    let info = GridInfo { error_regions: regions.clone(), ..info };
+    let sign_reason = info.sign_reason + at_box(grid.inside_reaches_box());
+    let info = GridInfo { sign_reason, error_regions: regions.clone(), ..info };
     let mut field = Field::from_grid(grid, info);
     if options.keep_mesh {
         let (points, faces) = mesh.packed();
@@ -192,6 +193,15 @@ fn grid_info(
         source: options.source.clone(),
         tool: TOOL.to_owned(),
         options: options.words(),
+    }
+}
+
+/// What is to be said of an open mesh whose inside reaches the faces of the grid's box.
+fn at_box(inside_reaches_box: bool) -> &'static str {
+    if inside_reaches_box {
+        "; its inside reaches the grid's box, and the error outside of that is not known"
+    } else {
+        ""
     }
 }
 

@@ -223,7 +223,7 @@ pub(crate) fn info_from(about: About, band: Option<f64>) -> GridInfo {
 }
 
 fn about_from(grid: &OwnedGrid, info: &GridInfo) -> About {
-    about(info, sdf_core::Sdf::slope_bound(grid))
+    About { inside_reaches_box: grid.inside_reaches_box(), ..about(info, sdf_core::Sdf::slope_bound(grid)) }
 }
 
 pub(crate) fn about(info: &GridInfo, slope_bound: f64) -> About {
@@ -238,6 +238,7 @@ pub(crate) fn about(info: &GridInfo, slope_bound: f64) -> About {
         sign_reason,
         slope_bound,
         error_bound,
+        inside_reaches_box: false,
         error_regions,
         padding,
         source: grid_file::Source { name: source.name, sha256: source.sha256, triangles: source.triangles },

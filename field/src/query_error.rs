@@ -48,7 +48,8 @@ impl std::fmt::Display for QueryError {
             Self::VertexOutOfRange(error) => error.fmt(f),
             Self::GoldenSectionNeedsEdges => f.write_str("golden-section search works on edges only"),
             Self::ErrorBoundUnknown => {
-                f.write_str("a complete search needs a field whose error bound is known: a baked grid or a closed form")
+                f.write_str("a complete search needs a field whose error bound is known: a baked grid, of an open mesh one with a larger padding where \
+                 its inside reaches the box, or a closed form")
             }
             Self::MeshNotKept => f.write_str(
                 "an exact search needs the mesh in the field: bake it again with BakeOptions::keep_mesh, or `bake --keep-mesh`",

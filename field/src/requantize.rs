@@ -46,7 +46,8 @@ pub(crate) fn requantize(grid: &OwnedGrid, precision: Precision) -> Option<Requa
         (OwnedStorage::DenseU16(_) | OwnedStorage::DenseU8(_), precision) => {
             let samples = sdf_formats::export::dense_samples(grid).into_owned();
             let dense = DenseGrid::from_samples(grid.lattice(), samples)?;
-            let dense = DenseGrid { error_bound: grid.global_error_bound(), ..dense };
+            let inside_reaches_box = grid.inside_reaches_box();
+            let dense = DenseGrid { error_bound: grid.global_error_bound(), inside_reaches_box, ..dense };
             Some(Requantized { grid: dense.into_grid_as(grid.lattice(), precision).grid, codes: None })
         }
         (OwnedStorage::SparseF32(sparse), precision) => bricks(grid, sparse.bricks(), precision),
@@ -132,6 +133,7 @@ impl Change {
         let inside = self.steeper(grid.slope_bound(), grid.lattice());
         let slope_bound = if is_negative_now { slope_bound_with_outside(inside, true) } else { inside };
         let changed = OwnedGrid::new(*grid.lattice(), storage, slope_bound)?;
+        let changed = changed.with_inside_at_box(grid.inside_reaches_box());
         let error = grid.global_error_bound();
         let least = least_brick_error_rounded_again(error, self.0, grid.lattice().spacing(), grid.band());
         let error_bound = (error + self.0).max(least).next_up();

@@ -140,7 +140,9 @@ pub fn write(grid: &OwnedGrid, codes: Option<&DenseCodes>, padding: f64) -> Opti
     words(&mut bytes, [0]);
     debug_assert_eq!(bytes.len(), HEAD_BYTES);
     let double = numbers.map(|number| number.double).into_iter();
-    let errors = [grid.global_error_bound(), grid.deep_error(), padding];
+    // A blob has no place for what is not known outside alone.
+    let error_bound = if grid.inside_reaches_box() { f64::INFINITY } else { grid.global_error_bound() };
+    let errors = [error_bound, grid.deep_error(), padding];
     bytes.extend(double.chain(errors).flat_map(f64::to_le_bytes));
     match (grid.storage(), codes) {
         (OwnedStorage::Dense(dense), codes) => {

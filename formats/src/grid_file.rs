@@ -206,6 +206,8 @@ pub struct About {
     /// Certified bound on |interpolated value − true distance|, in the unit of the mesh: anywhere in the box of a dense
     /// grid, anywhere in the band of a sparse one. Infinite of imported samples: nothing is certified.
     pub error_bound: f64,
+    /// The inside of an open mesh reaches the faces of the box, so that nothing is known of the error outside.
+    pub inside_reaches_box: bool,
     /// Where the error of an open mesh's grid is large; `None` where `error_bound` is all that is known.
     pub error_regions: Option<ErrorRegions>,
     /// The mesh lies at least this far inside the box, on every side. In the unit of the mesh.

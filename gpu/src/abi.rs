@@ -3,7 +3,7 @@
 //! Everything is `repr(C)` and made of integers and floats of fixed size. An address of the card is a `u64`.
 
 /// Counts the changes of this file, and the mends without which kernels are wrong: kernels of another version are refused.
-pub const VERSION: u32 = 5;
+pub const VERSION: u32 = 6;
 
 /// A list in the card's memory.
 #[repr(C)]
@@ -23,7 +23,9 @@ pub struct GridParams {
     pub band: f64,
     pub error_bound: f64,
     pub deep_error: f64,
-    pub nodes: [u32; 4],
+    pub nodes: [u32; 3],
+    /// Not 0: the inside reaches the faces of the box.
+    pub inside_reaches_box: u32,
     /// Samples of a dense grid, or codes of the bricks.
     pub samples: Slice,
     /// Per block or brick: the lowest sample, the highest, and the slope bound.

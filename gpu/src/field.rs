@@ -59,7 +59,8 @@ impl GpuField {
             band: grid.band(),
             error_bound: grid.global_error_bound(),
             deep_error: grid.deep_error(),
-            nodes: [x, y, z, 0],
+            nodes: [x, y, z],
+            inside_reaches_box: grid.inside_reaches_box().into(),
             ..GridParams::default()
         };
         let kind = match grid.storage() {

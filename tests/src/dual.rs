@@ -86,6 +86,7 @@ impl<T: Float> Real for Dual<T> {
     const LANES: usize = 1;
     const EPSILON: f64 = T::EPSILON;
     const MAX_COORDINATE: f64 = T::MAX_COORDINATE;
+    const LOST_LENGTH: f64 = T::LOST_LENGTH;
 
     fn from_f64(x: f64) -> Self {
         Self::constant(T::from_f64(x))

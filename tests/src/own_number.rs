@@ -59,6 +59,7 @@ impl Real for OwnNumber {
     const LANES: usize = 1;
     const EPSILON: f64 = f64::EPSILON;
     const MAX_COORDINATE: f64 = f64::MAX_COORDINATE;
+    const LOST_LENGTH: f64 = f64::LOST_LENGTH;
 
     fn from_f64(x: f64) -> Self {
         Self(x)

@@ -17,7 +17,7 @@ use sdf_core::grid::Lattice;
 use sdf_core::grid::owned::{BlockCode, DenseBlocks, OwnedGrid, OwnedStorage, Precision};
 use sdf_core::grid::sparse::{BRICK_SAMPLES, Scale, brick_counts};
 
-use super::measured;
+use super::Measured;
 use crate::baked_grid::FITS;
 use crate::curve_order::curve_order;
 use crate::nearest::{SIDE, packet_rows};
@@ -108,7 +108,7 @@ impl DenseGrid {
     }
 
     fn into_blocks<C: StepCode>(self, lattice: &Lattice) -> BakedGrid {
-        let Self { mut distances, error_bound, .. } = self;
+        let Self { mut distances, error_bound, inside_reaches_box, .. } = self;
         let counts = brick_counts(lattice).map(|n| n as usize);
         let block_count: usize = counts.iter().product();
         let mut scales = vec![Scale { base: 0.0, step: 0.0 }; block_count];
@@ -127,7 +127,7 @@ impl DenseGrid {
                 (*scale, *rounding) = encode_block(&mut rows, rows_along_y, x * SIDE, codes);
             }
         });
-        let (bounds, slope_bound) = measured(lattice, &distances);
+        let Measured { bounds, slope_bound, .. } = Measured::new(lattice, &distances);
         drop(distances);
         let slot = |index: usize| {
             [index % counts[0], index / counts[0] % counts[1], index / counts[0] / counts[1]].map(|n| n as u32)
@@ -148,6 +148,7 @@ impl DenseGrid {
         let error_bound = if rounding > 0.0 { (error_bound + rounding).next_up() } else { error_bound };
         let storage = OwnedStorage::dense_blocks(lattice, blocks).expect(FITS);
         let grid = OwnedGrid::new(*lattice, storage, slope_bound).expect(FITS).with_error_bound(error_bound);
+        let grid = grid.with_inside_at_box(inside_reaches_box);
         BakedGrid { grid, error_bound, jumps: None }
     }
 }

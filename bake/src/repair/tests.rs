@@ -60,9 +60,11 @@ fn a_crack_is_filled_across_and_a_long_loop_in_pieces() {
 fn vertices_within_the_distance_become_one_in_any_order() {
     let seed = test_seed(71);
     let mut random = Random::new(seed);
-    for scale in [1e-12, 1.0, 1e12] {
+    // The last so far out that points are compared one by one.
+    for (scale, far) in [(1e-12, 0.0), (1.0, 0.0), (1e12, 0.0), (1.0, 1e12)] {
         let (count, distance) = (400, 0.08 * scale);
-        let mut points: Vec<[f64; 3]> = (0..count).map(|_| random.point_in_cube(0.5).map(|x| x * scale)).collect();
+        let mut points: Vec<[f64; 3]> =
+            (0..count).map(|_| random.point_in_cube(0.5).map(|x| x * scale + far)).collect();
         // Brute force: components of all pairs within the distance.
         let mut label: Vec<usize> = (0..count).collect();
         let near = |a: [f64; 3], b: [f64; 3]| (Vector3::from(a) - Vector3::from(b)).norm() <= distance;

@@ -100,8 +100,16 @@ fn is_within(positions: &[[f64; 3]], a: u32, b: u32, distance: f64) -> bool {
     (0..3).map(|axis| (a[axis] - b[axis]).powi(2)).sum::<f64>().sqrt() <= distance
 }
 
+/// Joins the points of two cells that are near each other. The points of a cell are in the order of their x, and so only those are looked at
+/// whose x is near.
 fn join_near(groups: &mut UnionFind, positions: &[[f64; 3]], own: &[u32], other: &[u32], distance: f64) {
+    let x = |point: u32| positions[point as usize][0];
+    let mut first = 0;
     for a in own {
-        other.iter().filter(|b| is_within(positions, *a, **b, distance)).for_each(|b| groups.join(*a, *b));
+        while other.get(first).is_some_and(|b| x(*a) - x(*b) > distance) {
+            first += 1;
+        }
+        let near = other[first..].iter().take_while(|b| x(**b) - x(*a) <= distance);
+        near.filter(|b| is_within(positions, *a, **b, distance)).for_each(|b| groups.join(*a, *b));
     }
 }

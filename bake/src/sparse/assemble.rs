@@ -158,11 +158,28 @@ impl UnboundedGrid {
                 keep(bound_all(window, batch));
             }
         }
-        let slope_bound = slope_bound(&lattice, &storage, &all_bounds, reaches_box);
+        let (inside, reaches_box) = (
+            slope_inside(&lattice, &storage, &all_bounds),
+            reaches_box || coarse_inside_reaches_box(&lattice, &storage),
+        );
+        let slope_bound = slope_bound_with_outside(inside, reaches_box);
+        // What is inside of a closed mesh lies in the box: a sample there is negative by rounding.
+        let inside_reaches_box = reaches_box && !is_continuous;
         let error_bound = errors.iter().copied().fold(0.0, f32::max).into();
         let bounds = all_bounds;
         let jumps = mesh.filter(|_| !is_continuous).map(|_| jumps);
-        let grid = BoundedGrid { table, slots, scales, bounds, errors, coarse, slope_bound, error_bound, jumps };
+        let grid = BoundedGrid {
+            table,
+            slots,
+            scales,
+            bounds,
+            errors,
+            coarse,
+            slope_bound,
+            error_bound,
+            inside_reaches_box,
+            jumps,
+        };
         Ok((grid, sources))
     }
 }
@@ -179,15 +196,29 @@ pub struct BoundedGrid {
     pub coarse: Vec<f32>,
     pub slope_bound: f64,
     pub error_bound: f64,
+    pub inside_reaches_box: bool,
     pub jumps: Option<SignJumps>,
 }
 
 impl BoundedGrid {
     /// The grid with its samples.
     pub fn with_samples<C>(self, samples: Vec<C>) -> SparseGrid<C> {
-        let Self { table, slots, scales, bounds, errors, coarse, slope_bound, error_bound, jumps } = self;
+        let Self { table, slots, scales, bounds, errors, coarse, slope_bound, error_bound, inside_reaches_box, jumps } =
+            self;
         let table = table.to_vec();
-        SparseGrid { table, slots, scales, samples, bounds, errors, coarse, slope_bound, error_bound, jumps }
+        SparseGrid {
+            table,
+            slots,
+            scales,
+            samples,
+            bounds,
+            errors,
+            coarse,
+            slope_bound,
+            error_bound,
+            inside_reaches_box,
+            jumps,
+        }
     }
 }
 
@@ -274,9 +305,9 @@ fn is_inside_at_box(halo: &HaloBlock, lattice: &Lattice, slot: [u32; 3]) -> bool
     })
 }
 
-/// Lipschitz constant of the whole grid. A cell without a corner in a brick lies in one cell of the coarse grid. It is
-/// at most as steep, up to the rounding of interpolation in f32. `reaches_box`: is a brick inside at the lattice's box?
-fn slope_bound(lattice: &Lattice, storage: &Sparse<BrickTables>, bricks: &[BlockBounds], reaches_box: bool) -> f64 {
+/// Lipschitz constant of the grid in its box. A cell without a corner in a brick lies in one cell of the coarse grid. It is at most as steep, up
+/// to the rounding of interpolation in f32.
+fn slope_inside(lattice: &Lattice, storage: &Sparse<BrickTables>, bricks: &[BlockBounds]) -> f64 {
     let counts = brick_counts(lattice);
     let slot_count = counts.iter().map(|n| *n as usize).product();
     let slot = |index: usize| slot_at(counts, index);
@@ -289,13 +320,18 @@ fn slope_bound(lattice: &Lattice, storage: &Sparse<BrickTables>, bricks: &[Block
     let is_empty = |slot: &[u32; 3]| storage.brick_at(*slot).is_none();
     let steepest = |slots: Range<usize>| slots.map(slot).filter(is_empty).map(coarse_slope).fold(0.0, f64::max);
     let coarse = sdf_parallel::map_chunks(slot_count, steepest).into_iter().fold(0.0, f64::max);
-    let inside = bricks.iter().map(|brick| f64::from(brick.slope_bound)).fold(coarse, f64::max);
+    bricks.iter().map(|brick| f64::from(brick.slope_bound)).fold(coarse, f64::max)
+}
+
+/// Is a node of the coarse grid inside at the lattice's box?
+fn coarse_inside_reaches_box(lattice: &Lattice, storage: &Sparse<BrickTables>) -> bool {
+    let counts = brick_counts(lattice);
     // Nodes in bricks count as zero here, and no interpolant of a coarse cell is negative unless a corner is.
     let last_slot = lattice.cells().map(|cells| cells / BRICK);
-    let may_reach_box = (0..slot_count).map(slot).any(|slot| {
+    let slots = 0..counts.iter().map(|n| *n as usize).product();
+    let may_reach_box = slots.map(|index| slot_at(counts, index)).any(|slot| {
         let is_at_box = (0..3).any(|axis| slot[axis] == 0 || slot[axis] == last_slot[axis]);
-        is_at_box && is_empty(&slot) && storage.coarse_corners(slot).iter().any(|corner| *corner < 0.0)
+        is_at_box && storage.brick_at(slot).is_none() && storage.coarse_corners(slot).iter().any(|corner| *corner < 0.0)
     });
-    let reaches_box = reaches_box || may_reach_box && inside_reaches_box(lattice, |node| storage.node(node));
-    slope_bound_with_outside(inside, reaches_box)
+    may_reach_box && inside_reaches_box(lattice, |node| storage.node(node))
 }

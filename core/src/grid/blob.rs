@@ -192,7 +192,9 @@ impl<'a> Blob<'a> {
     fn with<S: Storage>(&self, storage: S) -> Grid<S> {
         let [error_bound, deep_error, _] = self.errors;
         let (lattice, slope_bound, band) = (self.lattice, self.slope_bound, self.band);
-        Grid { lattice, storage, slope_bound, band, error_bound, deep_error }
+        // A blob does not say so: where it is true, its error bound is infinite.
+        let inside_reaches_box = false;
+        Grid { lattice, storage, slope_bound, band, error_bound, deep_error, inside_reaches_box }
     }
 }
 

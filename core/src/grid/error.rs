@@ -99,7 +99,8 @@ impl Sampling {
         let is_deep = range.lower <= -sample_band;
         let error = if is_deep { rise.max(deep_error + rounding) } else { rise };
         let below = if range.upper < sample_band { error } else { f64::INFINITY };
-        ErrorBound { near, near_below: near, above: error, below, levels: Interval { lower: -band, upper: band } }
+        let levels = Interval { lower: -band, upper: band };
+        ErrorBound { near, near_below: near, fails_outside: [false; 2], above: error, below, levels }
     }
 
     /// One edge of a cell across which the sign jumps rises by two bands. Both of its corners are beyond the band, and one is a cell's
@@ -122,7 +123,8 @@ impl<S: Storage> Grid<S> {
         if !S::HAS_CELL_ERRORS || band == f64::INFINITY {
             let beyond = if band == f64::INFINITY { near } else { f64::INFINITY };
             let levels = Interval { lower: -band, upper: band };
-            return ErrorBound { near, near_below: near, above: beyond, below: beyond, levels };
+            let fails_outside = [false; 2];
+            return ErrorBound { near, near_below: near, fails_outside, above: beyond, below: beyond, levels };
         }
         let sampling = Sampling { spacing: self.lattice.spacing(), band, deep_error: self.deep_error };
         let errors = self

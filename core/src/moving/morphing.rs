@@ -192,6 +192,7 @@ impl<A: EnclosedSdf, B: EnclosedSdf> EnclosedSdf for Blend<A, B> {
         ErrorBound {
             near: self.mean_bound(first.near, second.near),
             near_below: self.mean_bound(first.near_below, second.near_below),
+            fails_outside: [false; 2],
             above: self.mean_bound(first.above, second.above),
             below: self.mean_bound(first.below, second.below),
             levels: Interval::EVERYTHING,

@@ -117,6 +117,7 @@ impl<T: Float, const N: usize> Real for Lanes<T, N> {
     const LANES: usize = N;
     const EPSILON: f64 = T::EPSILON;
     const MAX_COORDINATE: f64 = T::MAX_COORDINATE;
+    const LOST_LENGTH: f64 = T::LOST_LENGTH;
 
     #[inline(always)]
     fn from_f64(x: f64) -> Self {

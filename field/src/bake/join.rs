@@ -12,8 +12,8 @@ use sdf_formats::atomic_write;
 use sdf_formats::grid_file::part::{self, Codes, JoinedParts, PartInfo, PartTables, Sides};
 use sdf_formats::grid_file::{About, DeepValues, GridFault, GridFileError, Samples, SparseSamples};
 
-use super::TOOL;
 use super::on_disk::{BRICKS_AT_A_TIME, BakeFileError, Failure, GridOnDisk};
+use super::{TOOL, at_box};
 use crate::file::info_from;
 
 /// Joins the parts of one bake, in any order, into a grid file: the bytes of a bake at once. Holds the samples of a few thousand bricks.
@@ -64,11 +64,23 @@ where
     }
     let (grid, sources) = unbounded.bounded(&SamplesOfParts(&parts), at_a_time, mesh)?;
     on_bounded();
-    let BoundedGrid { table, slots, scales, bounds, errors, coarse, slope_bound, error_bound, jumps } = grid;
+    let BoundedGrid {
+        table,
+        slots,
+        scales,
+        bounds,
+        errors,
+        coarse,
+        slope_bound,
+        error_bound,
+        inside_reaches_box,
+        jumps,
+    } = grid;
     drop(table);
     let has_inside = bounds.iter().any(|bounds| bounds.range.lower < 0.0) || coarse.iter().any(|sample| *sample < 0.0);
     let error_regions = jumps.map(|jumps| jumps.regions(&lattice, code_step(precision, &scales)));
-    let about = About { slope_bound, error_bound, error_regions, ..about };
+    let sign_reason = about.sign_reason.clone() + at_box(inside_reaches_box);
+    let about = About { sign_reason, slope_bound, error_bound, inside_reaches_box, error_regions, ..about };
     let mesh = parts.mesh()?;
     let deep_values = DeepValues::Distances;
     let samples = SparseSamples::<C> {

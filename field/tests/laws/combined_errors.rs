@@ -3,7 +3,7 @@
 use sdf_field::core::grid::owned::Layout;
 use sdf_field::core::placed::Similarity;
 use sdf_field::core::shapes::{Cuboid, Sphere};
-use sdf_field::{BakeOptions, ContactOptions, Elements, Field, GridSize, MeshView, Threads};
+use sdf_field::{BakeOptions, ContactOptions, Elements, Field, GridSize, MeshView, QueryError, Threads};
 use sdf_procedural::SpikedBall;
 use sdf_procedural::random::{Random, test_seed};
 
@@ -54,4 +54,41 @@ fn error_bounds_of_contacts_hold_for_combinations_outside_of_grids_and_beyond_ba
         }
     }
     assert!(finite > 10_000, "{finite} are bounded");
+}
+
+/// Outside of its box the distance to what a grid was baked from is larger than φ by an unknown length. In a difference, and a shell of a shell,
+/// it is smaller.
+#[test]
+fn a_complete_search_drops_nothing_of_differences_and_shells_outside_of_a_grid() {
+    let half = [0.3; 3];
+    let exact = Field::new(Cuboid::new(half).unwrap());
+    let corner = |at: u32| [0, 1, 2].map(|axis| if at >> axis & 1 == 0 { -0.3 } else { 0.3 });
+    let points: Vec<[f64; 3]> = (0..8).map(corner).collect();
+    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let faces: Vec<[u32; 3]> = quads.into_iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+    let carved: fn(&Field) -> Field =
+        |field| Field::new(Cuboid::new([10.0; 3]).unwrap()).difference(field).unwrap().offset(-1.0).unwrap();
+    let shells: fn(&Field) -> Field = |field| field.shell(0.29).unwrap().shell(0.29).unwrap();
+    for layout in [Layout::Dense, Layout::Sparse] {
+        let options = BakeOptions { size: GridSize::Cells(16), layout, ..BakeOptions::default() };
+        let grid = Field::bake(MeshView { points: &points, faces: &faces }, &options).unwrap().field;
+        for (combine, margin) in [(carved, 0.0), (shells, 0.1)] {
+            let mut near = 0;
+            for step in 0..200 {
+                let x = 0.31 + 0.01 * f64::from(step);
+                let face = [[x, 0.0, 0.0], [x + 0.01, 0.0, 0.0], [x, 0.01, 0.0]];
+                let mesh = MeshView { points: &face, faces: &[[0, 1, 2]] };
+                let complete = ContactOptions { margin, complete: true, ..ContactOptions::default() };
+                if combine(&exact).contacts(mesh, &complete).unwrap().contacts.is_empty() {
+                    continue;
+                }
+                near += 1;
+                match combine(&grid).contacts(mesh, &complete) {
+                    Ok(found) => assert_eq!(found.contacts.len(), 1, "{layout:?}, margin {margin}: dropped at {x}"),
+                    Err(error) => assert_eq!(error, QueryError::ErrorBoundUnknown),
+                }
+            }
+            assert!(near > 20, "{near}");
+        }
+    }
 }

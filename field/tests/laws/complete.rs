@@ -5,7 +5,7 @@ use sdf_field::core::contact::ContactStatus;
 use sdf_field::core::grid::owned::Layout;
 use sdf_field::core::placed::Rigid;
 use sdf_field::core::shapes::{HalfSpace, Sphere};
-use sdf_field::{BakeOptions, ContactOptions, Field, GridInfo, GridSize, MeshView, Method, QueryError};
+use sdf_field::{BakeOptions, ContactOptions, Field, GridInfo, GridSize, MeshView, Method, QueryError, Threads};
 use sdf_procedural::random::{Random, test_seed};
 use sdf_procedural::{Bowl, Mesh, SpikedBall};
 
@@ -125,6 +125,47 @@ fn a_closed_form_has_nothing_possible_and_a_grid_without_bound_is_refused() {
     let unknown = (**baked.grid().unwrap()).clone().with_error_bound(f64::INFINITY);
     let unknown = Field::from_grid(unknown, GridInfo::clone(baked.info().unwrap()));
     assert_eq!(unknown.contacts(mesh, &complete).unwrap_err(), QueryError::ErrorBoundUnknown);
+}
+
+/// The inside of three open sheets, one above the other, has no end below them: the winding number is above ½ there at the box's face.
+#[test]
+fn nothing_is_claimed_outside_of_the_box_where_the_inside_of_an_open_mesh_reaches_it() {
+    let corners = [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]];
+    let points: Vec<[f64; 3]> = [0.0, 0.15, 0.3].into_iter().flat_map(|z| corners.map(|[x, y]| [x, y, z])).collect();
+    let faces: Vec<[u32; 3]> =
+        (0..3).flat_map(|sheet| [[0, 1, 2], [0, 2, 3]].map(|face| face.map(|k| k + 4 * sheet))).collect();
+    let sheets = MeshView { points: &points, faces: &faces };
+    let at = |z: f64| [[0.0, 0.0, z], [0.01, 0.0, z], [0.0, 0.01, z]];
+    let truth = |z: f64| Field::mesh_distances(sheets, &at(z), None, Threads::ONE).unwrap()[0];
+    let face = [[0, 1, 2]];
+    for layout in Layout::ALL {
+        let options =
+            BakeOptions { size: GridSize::Cells(20), layout, padding: 2, keep_mesh: true, ..BakeOptions::default() };
+        let baked = Field::bake(sheets, &options).unwrap().field;
+        assert!(baked.info().unwrap().sign_reason.contains("its inside reaches the grid's box"), "{layout:?}");
+        let read = Field::from_bytes(&baked.to_bytes().unwrap(), "read").unwrap();
+        let search = |field: &Field, z: f64, options: ContactOptions| {
+            field.contacts(MeshView { points: &at(z), faces: &face }, &options)
+        };
+        for field in [&baked, &read] {
+            for z in [-0.05, -0.2, -0.3] {
+                let found = search(field, z, ContactOptions::default()).unwrap().contacts;
+                assert!(
+                    found.iter().all(|contact| contact.shape_lower_bound <= truth(z)),
+                    "{layout:?}, {z}: {found:?}"
+                );
+            }
+            let (complete, exact) = (
+                ContactOptions { complete: true, ..ContactOptions::default() },
+                ContactOptions { exact: true, ..ContactOptions::default() },
+            );
+            for options in [complete, exact] {
+                assert_eq!(search(field, -0.05, options).unwrap().contacts.len(), 1, "{layout:?}");
+                assert_eq!(search(field, -0.35, options), Err(QueryError::ErrorBoundUnknown), "{layout:?}");
+            }
+        }
+        assert!(truth(-0.35) < 0.0);
+    }
 }
 
 #[test]

@@ -82,7 +82,7 @@ fn check<P: Placement>(context: &str, grid: &OwnedGrid, placement: P, truth: &[(
     let mut found = Found::default();
     for (point, distance) in truth {
         let sample = field.evaluate(*point);
-        let ErrorBound { near, near_below, above, below, levels } =
+        let ErrorBound { near, near_below, above, below, levels, .. } =
             field.error_bound(&Aabb { min: (*point).into(), max: (*point).into() });
         let (off, slack) = (sample.value - distance, 1e-6);
         let context = || format!("{context}: {distance} at {point:?}, φ − d = {off}");

@@ -41,6 +41,8 @@ const KEPT_MESH: &str = "kept_mesh";
 const MESH_COUNTS: &str = "mesh_counts";
 const DEEP_VALUES: &str = "deep_values";
 const CODING: &str = "coding";
+/// Attribute of grids that are inside at the faces of their box alone.
+const INSIDE_REACHES_BOX: &str = "inside_reaches_box";
 const DIGESTS: &str = "digests_sha256";
 pub(super) const CHECKSUM: &str = "attributes_sha256";
 
@@ -77,7 +79,9 @@ impl Header {
             false if version >= layout::DENSE_CODES_VERSION => &DENSE_CODES_ONLY,
             false => &[],
         };
-        let names = COMMON.into_iter().chain(of_layout.iter().copied()).chain([DIGESTS]).filter(is_known);
+        let reaches_box = file.has_attribute(sdf, INSIDE_REACHES_BOX)?.then_some(INSIDE_REACHES_BOX);
+        let names =
+            COMMON.into_iter().chain(of_layout.iter().copied()).chain(reaches_box).chain([DIGESTS]).filter(is_known);
         let attributes = Attributes::read(file, sdf, names)?;
         if Attributes::read(file, sdf, [CHECKSUM])?.text(CHECKSUM)? != attributes.checksum() {
             return Err(GridFault::damaged("checksum of the attributes does not match"));
@@ -182,6 +186,9 @@ impl Header {
         } else if self.precision != Precision::F32 {
             let codes_only = [text(self.precision.name()), integer(BRICK.into()), text(self.coding.name())];
             attributes.extend(DENSE_CODES_ONLY.into_iter().zip(codes_only));
+        }
+        if about.inside_reaches_box {
+            attributes.push((INSIDE_REACHES_BOX, integer(1)));
         }
         attributes.push((DIGESTS, text(&self.digests_sha256)));
         Attributes(attributes)
@@ -305,6 +312,7 @@ impl Attributes {
             sign_reason: self.text("sign_verdict")?.to_owned(),
             slope_bound,
             error_bound,
+            inside_reaches_box: self.value(INSIDE_REACHES_BOX).is_ok(),
             error_regions: None,
             padding,
             source: self.source()?,

@@ -202,6 +202,7 @@ impl<'a> OpenGrid<'a> {
         let grid = OwnedGrid::new(lattice, samples, about.slope_bound).expect("the header has a valid slope bound");
         let deep_error = sparse.map_or(f64::INFINITY, |sparse| sparse.deep_values.deep_error(lattice.spacing()));
         let grid = grid.with_band(band).with_error_bound(about.error_bound).with_deep_error(deep_error);
+        let grid = grid.with_inside_at_box(about.inside_reaches_box);
         Ok(StoredGrid { grid, sparse, about, mesh: None, read })
     }
 }

@@ -85,6 +85,26 @@ fn regions_of_large_errors_come_back_and_damage_to_them_is_told() {
     }
 }
 
+#[test]
+fn that_the_inside_reaches_the_box_comes_back_and_damage_to_it_is_told() {
+    for kind in KINDS {
+        let made = Made::new([17, 17, 17], kind);
+        let about = About { inside_reaches_box: true, ..about() };
+        let file = grid_file::to_bytes(&made.lattice, made.samples(), &about).unwrap();
+        let read = grid_file::read_bytes(&file, "open").unwrap();
+        assert!(read.about.inside_reaches_box && read.grid.inside_reaches_box());
+        for (offset, told) in
+            [(0, "checksum of the attributes does not match"), (10, "checksum of the attributes does not match")]
+        {
+            let mut damaged = file.clone();
+            let name = b"inside_reaches_box";
+            damaged[file.windows(name.len()).position(|bytes| bytes == name).unwrap() + offset] ^= 1;
+            let refusal = grid_file::read_bytes(&damaged, "open").err().map(|error| error.to_string());
+            assert!(refusal.as_ref().is_some_and(|text| text.contains(told)), "{refusal:?}");
+        }
+    }
+}
+
 fn corners(grid: &sdf_core::grid::owned::OwnedGrid) -> Vec<[u32; 8]> {
     let [nx, ny, nz] = grid.lattice().cells();
     let cells = (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| [x, y, z])));

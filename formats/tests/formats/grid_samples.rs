@@ -254,6 +254,7 @@ pub fn about() -> About {
         sign_reason: "2 open edges, so the winding number decides; größer als ½".into(),
         slope_bound: 3.5,
         error_bound: 0.0625 + 1e-9,
+        inside_reaches_box: false,
         error_regions: None,
         padding: 0.4375,
         source: Source {

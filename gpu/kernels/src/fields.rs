@@ -225,14 +225,15 @@ unsafe fn slice<T>(slice: Slice) -> &'static [T] {
 const MAX_NODES: u32 = 1 << 22;
 
 fn grid<S: Storage>(params: &GridParams, storage: impl FnOnce(&Lattice) -> Option<S>) -> Option<Grid<S>> {
-    let [x, y, z, _] = params.nodes;
+    let [x, y, z] = params.nodes;
     if [x, y, z].iter().any(|nodes| *nodes >= MAX_NODES) {
         return None;
     }
     let lattice = Lattice::new(params.origin, params.spacing, [x, y, z])?;
     let storage = storage(&lattice)?;
     let grid = Grid::new(lattice, storage, params.slope_bound)?;
-    Some(grid.with_band(params.band).with_error_bound(params.error_bound).with_deep_error(params.deep_error))
+    let grid = grid.with_band(params.band).with_error_bound(params.error_bound).with_deep_error(params.deep_error);
+    Some(grid.with_inside_at_box(params.inside_reaches_box != 0))
 }
 
 /// # Safety

@@ -81,6 +81,7 @@ pub fn sampled_in_bricks<C: Quantize>(field: &impl Sdf, lattice: Lattice, band: 
         errors: vec![],
         slope_bound: 0.0,
         error_bound: 0.0,
+        inside_reaches_box: false,
         jumps: None,
     };
     let counts = brick_counts(&lattice);

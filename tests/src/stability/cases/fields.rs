@@ -108,6 +108,7 @@ fn one_brick(field: &impl EnclosedSdf) -> Grid<Sparse<SparseGrid<f32>>> {
         errors: vec![],
         slope_bound: 0.0,
         error_bound: 0.0,
+        inside_reaches_box: false,
         jumps: None,
     };
     let storage = Sparse::new(&lattice, brick).unwrap();
