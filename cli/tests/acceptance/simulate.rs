@@ -1,6 +1,7 @@
 //! `simulate`: what it prints and writes, and how it refuses.
 
 use crate::folder::{Folder, SDFTOOL, says};
+use crate::meshes::Model;
 
 const SCENE: &str = r#"
 title = "A small cloth on a ball"
@@ -41,6 +42,20 @@ fn a_scene_is_measured_and_recorded() {
     assert!(folder.at("run.vtkhdf").is_file() && folder.at("run.still.vtkhdf").is_file());
     folder.done("simulate small.toml -o frames/ --frames 2");
     assert!(folder.at("frames/frame_0002.obj").is_file() && folder.at("frames/still.obj").is_file());
+}
+
+/// The example of the document, with a post in place of the dragon, as high and off the cloth's middle: most of it ends on the floor.
+#[test]
+fn the_cloth_of_the_document_comes_to_rest() {
+    let folder = Folder::new();
+    let (_, section) = include_str!("../../../docs/scenes.md").split_once("## A scene of your own").unwrap();
+    folder.write("mine.toml", section.split("```toml\n").nth(1).unwrap().split("```").next().unwrap());
+    let post = |[x, y, z]: [f64; 3]| [0.7 + 0.4 * x, 1.76 * (y - 0.5), 0.4 * (z - 0.5)];
+    folder.write("dragon.obj", Model::cube().moved(post).obj());
+    let object = folder.json("simulate mine.toml --small");
+    assert_eq!((&object["finite"], &object["deep_faces"]), (&true.into(), &0.into()), "{object}");
+    // What falls is faster than 1 after a tenth of a second.
+    assert!(object["jitter"].as_f64().unwrap() < 0.1, "{object}");
 }
 
 #[test]
