@@ -59,6 +59,17 @@ fn the_cloth_of_the_document_comes_to_rest() {
 }
 
 #[test]
+fn a_run_without_anything_still_removes_what_stood_still_before() {
+    let folder = folder();
+    folder.done("simulate small.toml -o run.vtkhdf --frames 2");
+    assert!(folder.at("run.still.vtkhdf").is_file());
+    let (cloth, _) = SCENE.split_once("[[obstacle]]").unwrap();
+    folder.write("small.toml", cloth);
+    folder.done("simulate small.toml -o run.vtkhdf --frames 2");
+    assert!(folder.at("run.vtkhdf").is_file() && !folder.at("run.still.vtkhdf").exists());
+}
+
+#[test]
 fn a_folder_holds_the_frames_of_the_last_run_and_what_others_put_there() {
     let folder = folder();
     folder.done("simulate small.toml -o frames/ --frames 5");
