@@ -314,7 +314,7 @@ fn suite(args: &SimulateArgs) -> Result<()> {
     // A smaller scene is another one: what holds of the whole need not hold of it.
     match faults.is_empty() || args.small {
         true => Ok(()),
-        false => bail!("scenes that are not as they say:\n  {}", faults.join("\n  ")),
+        false => bail!("scenes that are not as they say: {}", faults.join("; ")),
     }
 }
 

@@ -154,6 +154,24 @@ fn all_scenes_of_a_folder_make_a_report() {
 }
 
 #[test]
+fn scenes_that_are_not_as_they_say_are_listed_in_one_line() {
+    let folder = folder();
+    std::fs::create_dir(folder.at("mine")).unwrap();
+    let scene = SCENE.replace("ball.sdf", "../ball.sdf").replace("reach", "fails = { vertices = 1000 }\nreach");
+    ["a", "b"].iter().for_each(|name| folder.write(&format!("mine/{name}.toml"), &scene));
+    let output = folder.sdftool("simulate mine --suite").output().unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    says(
+        &said,
+        &["not as they say: a: auto misses stretch; a: vertices must fail by 1000, and fails by ", "; b: auto "],
+    );
+    assert_eq!((output.status.code(), said.lines().count()), (Some(1), 1), "{said}");
+    assert!(!said.contains(char::REPLACEMENT_CHARACTER), "{said}");
+    // Smaller scenes are others.
+    folder.done("simulate mine --suite --small");
+}
+
+#[test]
 fn wrong_scenes_and_outputs_are_refused_in_one_line() {
     let folder = folder();
     folder.write("wrong.toml", SCENE.replace("thickness", "thicknes"));
