@@ -172,6 +172,13 @@ fn scenes_that_are_not_as_they_say_are_listed_in_one_line() {
 }
 
 #[test]
+fn frames_that_are_asked_for_are_not_halved() {
+    let folder = folder();
+    assert_eq!(folder.json("simulate small.toml --small")["frames"], 4);
+    assert_eq!(folder.json("simulate small.toml --small --frames 5")["frames"], 5);
+}
+
+#[test]
 fn wrong_scenes_and_outputs_are_refused_in_one_line() {
     let folder = folder();
     folder.write("wrong.toml", SCENE.replace("thickness", "thicknes"));
