@@ -8,7 +8,7 @@ mod fields;
 mod simulate;
 mod values;
 
-pub use bake::{BakeArgs, Sign};
+pub use bake::{BakeArgs, Certify, Sign};
 pub use contacts::{CompareArgs, ContactsArgs, Elements};
 pub use device::{Device, DeviceArgs};
 pub use exchange::{ExportArgs, ImportArgs, ViewArgs};
@@ -65,6 +65,9 @@ impl Command {
             Self::Bake(args) if args.layout() == Layout::Dense && args.band.is_some() => {
                 Err("a dense grid has no band: add --layout sparse, or remove --band")
             }
+            Self::Bake(args) if args.layout() == Layout::Dense && args.certify == Certify::Tight => {
+                Err("--certify tight is for the bricks of a sparse grid: add --layout sparse, or remove it")
+            }
             Self::Bake(args) if args.max_error.is_some() && args.layout() == Layout::Dense => {
                 Err("--max-error makes a sparse grid: remove --layout dense")
             }
@@ -89,6 +92,11 @@ impl Command {
             }
             Self::Contacts(args) if args.all_minima && !matches!(args.method, Method::Auto | Method::Certified) => {
                 Err("--all-minima needs a certified search: remove --method")
+            }
+            Self::Contacts(args)
+                if args.tolerance.is_some() && !matches!(args.method, Method::Auto | Method::Certified) =>
+            {
+                Err("--tolerance is for auto and certified: remove it, or --method")
             }
             Self::Contacts(args) if args.method == Method::GoldenSection && args.elements != Elements::Edges => {
                 Err("--method gss works on edges only: add --elements edges, or use another method")

@@ -1,21 +1,50 @@
+use std::fmt::Write;
+use std::time::Duration;
+
 use anyhow::Result;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 
 use crate::args::Threads;
 
 /// A progress bar with the time left, on standard error if that is a terminal.
 pub fn bar(what: &'static str, total: u64) -> ProgressBar {
     let bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::stderr());
-    let style = ProgressStyle::with_template("{msg} {wide_bar} {percent:>3} %, {eta} left");
-    if let Ok(style) = style {
-        bar.set_style(style);
+    let draw = |state: &ProgressState, out: &mut dyn Write| {
+        // A bar that cannot be drawn is no failure.
+        let _ = out.write_str(&share_done(state.pos(), state.len().unwrap_or(0), state.eta()));
+    };
+    if let Ok(style) = ProgressStyle::with_template("{msg} {wide_bar} {share}") {
+        bar.set_style(style.with_key("share", draw));
     }
     bar.set_message(what);
     bar
+}
+
+/// The percentage, and from 1 % on the time left: before, there is too little to tell it from.
+fn share_done(done: u64, total: u64, left: Duration) -> String {
+    let percent = (100.0 * done as f64 / total.max(1) as f64) as u64;
+    match percent {
+        0 => "  0 %".to_owned(),
+        _ => format!("{percent:>3} %, {:#} left", HumanDuration(left)),
+    }
 }
 
 /// Runs `work` on a pool with the given number of threads.
 pub fn on_threads<T: Send>(threads: Threads, work: impl FnOnce() -> T + Send) -> Result<T> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.count.map_or(0, usize::from)).build()?;
     Ok(pool.install(work))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn time_is_told_from_one_percent_on() {
+        let left = Duration::from_secs(12);
+        assert_eq!(share_done(0, 0, left), "  0 %");
+        assert_eq!(share_done(9, 1000, left), "  0 %");
+        assert_eq!(share_done(10, 1000, left), "  1 %, 12s left");
+        assert_eq!(share_done(1000, 1000, left), "100 %, 12s left");
+    }
 }

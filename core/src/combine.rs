@@ -1,7 +1,7 @@
 //! Fields made of fields. The gradient is that of the part that decides; where two decide, it is a choice.
 //!
-//! Distances of a union are exact outside, those of an intersection or difference inside. Elsewhere they are bounds of
-//! smaller magnitude, never steeper than the steepest part.
+//! Distances of a union, a shell and a positive offset are exact outside, those of an intersection, a difference and a negative offset
+//! inside. Elsewhere, and those of a smooth union, they are bounds of smaller magnitude, never steeper than the steepest part.
 
 mod boolean;
 mod compound;

@@ -38,9 +38,9 @@ pub struct ContactsArgs {
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub iterations: Option<u32>,
     /// Auto and certified stop within this fraction of the element's longest edge, times the field's slope bound, of the minimum; for
-    /// two fields, of the longest side of the box in which they may touch.
-    #[arg(long, value_name = "FRACTION", default_value_t = 1e-3, value_parser = positive, allow_negative_numbers = true)]
-    pub tolerance: f64,
+    /// two fields, of the longest side of the box in which they may touch [default: 0.001].
+    #[arg(long, value_name = "FRACTION", value_parser = positive, allow_negative_numbers = true)]
+    pub tolerance: Option<f64>,
     /// Report every isolated minimum of an element, not only the lowest: a triangle on three bumps touches three times. Minima
     /// separated by less than a hundredth of the longest edge count as one.
     #[arg(long)]
@@ -157,6 +157,7 @@ impl ContactsArgs {
         let given = [
             ("--method", self.method != Method::Auto),
             ("--iterations", self.iterations.is_some()),
+            ("--tolerance", self.tolerance.is_some()),
             ("--all-minima", self.all_minima),
         ];
         match given.iter().find(|(_, given)| self.exact && *given) {

@@ -30,10 +30,12 @@ pub struct SimulateArgs {
     /// samples16, samples64. With --suite several, with commas between them.
     #[arg(long = "method", visible_alias = "methods", value_name = "M", value_delimiter = ',', default_value = "auto")]
     pub methods: Vec<MethodWord>,
-    /// Run every scene of the folder; with --json, print one JSON object a line for each.
+    /// Run every scene of the folder; with --json, print one JSON object a line for each. The exit status is 1 where a scene misses a
+    /// figure by the first method, or a method that must fail does not.
     #[arg(long)]
     pub suite: bool,
-    /// An eighth of the work: half of the frames and of the cells along each side, and every eighth of many runs.
+    /// An eighth of the work: half of the frames, unless --frames says how many, and of the cells along each side, and every eighth of
+    /// many runs. With --suite the exit status is 0 whatever is missed: a smaller scene is another one.
     #[arg(long)]
     pub small: bool,
     #[command(flatten)]

@@ -65,7 +65,7 @@ impl fmt::Display for ErrorLimit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.0 {
             MaxError::Length(length) => write!(f, "{length:?}"),
-            MaxError::Fraction(fraction) => write!(f, "{:?}%", fraction * 100.0),
+            MaxError::Fraction(fraction) => write!(f, "{:?}%", MaxError::percent(fraction)),
         }
     }
 }

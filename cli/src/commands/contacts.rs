@@ -354,7 +354,7 @@ fn options(args: &ContactsArgs) -> Result<ContactOptions> {
         margin: args.margin,
         pose: args.pose.motion()?,
         budget: args.iterations,
-        tolerance: args.tolerance,
+        tolerance: args.tolerance.unwrap_or(ContactOptions::default().tolerance),
         all_minima: args.all_minima,
         complete: args.complete,
         exact: args.exact,

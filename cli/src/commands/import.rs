@@ -18,6 +18,9 @@ use crate::standard_output;
 
 pub fn run(args: &ImportArgs) -> Result<()> {
     let shown = shown(&args.file);
+    if args.file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("npz")) {
+        misuse!("{shown}: an archive of arrays is not read: import one of its .npy");
+    }
     let output = match &args.output {
         Some(output) => output.clone(),
         None if is_standard_input(&args.file) => misuse!("a field from standard input has no name: add -o"),

@@ -34,7 +34,7 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
     let options = OverlapOptions {
         poses: sides.each_ref().map(|side| Some(side.pose)),
         margin: args.margin,
-        tolerance: args.tolerance,
+        tolerance: args.tolerance.unwrap_or(OverlapOptions::default().tolerance),
         resolution: args.resolution,
         ..OverlapOptions::default()
     };

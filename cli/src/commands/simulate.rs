@@ -24,8 +24,7 @@ pub fn run(args: &SimulateArgs) -> Result<()> {
         return suite(args);
     }
     let (Some(path), [method]) = (&args.scene, &args.methods[..]) else { misuse!("give a scene and one method") };
-    let mut spec = scene::read(path)?;
-    spec.frames = args.frames.unwrap_or(spec.frames);
+    let spec = scene::read(path)?;
     let mut target = args.output.as_deref().map(|output| Target::new(output, path)).transpose()?;
     let outcome = run_one(args, &spec, path, method, target.as_mut())?;
     if signals::status().is_some() {
@@ -46,6 +45,7 @@ fn run_one(
     if args.small {
         spec.shrink();
     }
+    spec.frames = args.frames.unwrap_or(spec.frames);
     let stride = if args.small { 8 } else { 1 };
     let total = scene::variants(&spec).step_by(stride).map(|spec| u64::from(spec.frames)).sum();
     // Of several runs the first is recorded.
@@ -314,7 +314,7 @@ fn suite(args: &SimulateArgs) -> Result<()> {
     // A smaller scene is another one: what holds of the whole need not hold of it.
     match faults.is_empty() || args.small {
         true => Ok(()),
-        false => bail!("scenes that are not as they say:\n  {}", faults.join("\n  ")),
+        false => bail!("scenes that are not as they say: {}", faults.join("; ")),
     }
 }
 

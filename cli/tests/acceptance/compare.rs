@@ -30,6 +30,18 @@ fn compare_counts_what_samples_miss_and_recommends_a_method_that_misses_nothing(
 }
 
 #[test]
+fn without_contacts_auto_is_recommended_however_fast_the_others_are() {
+    let folder = Folder::new();
+    folder.write("spike.sdf.toml", SPIKE);
+    folder.write("far.obj", Model::hills(40).moved(|[x, y, z]| [x, y, z + 9.0]).obj());
+    for _ in 0..8 {
+        let report = folder.json("compare far.obj spike.sdf.toml --rounds 1");
+        assert_eq!((&report["contacts"], &report["recommended"]), (&0.into(), &"auto".into()), "{report}");
+    }
+    says(&folder.done("compare far.obj spike.sdf.toml"), &["recommended: auto: there are no contacts here"]);
+}
+
+#[test]
 fn compare_names_edges_methods_and_refuses_vertices_and_margins_beyond_the_grid() {
     let folder = Folder::new();
     folder.write("sphere.sdf.toml", "[field]\nshape = 'sphere'\nradius = 1.0\n");

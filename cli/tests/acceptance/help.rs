@@ -109,6 +109,16 @@ fn options_that_nothing_would_use_are_refused() {
         let line = folder.misused(&format!("contacts sheet.obj ball.sdf.toml {option}"));
         says(&line, &[option.split(' ').next().unwrap(), " needs two fields, but sheet.obj is a mesh: remove it"]);
     }
+    for method in ["fw", "pgd", "newton", "sample4", "corners64", "gss --elements edges"] {
+        let line = folder.wrong_usage(&format!("contacts sheet.obj ball.sdf.toml --tolerance 0.1 --method {method}"));
+        says(&line, &["--tolerance is for auto and certified"]);
+    }
+    for words in ["", "--method certified", "--all-minima"] {
+        folder.done(&format!("contacts sheet.obj ball.sdf.toml --tolerance 0.1 {words}"));
+    }
+    let line = folder.misused("contacts sheet.obj ball.sdf.toml --exact --tolerance 0.1");
+    says(&line, &["--exact has its own method", "remove --tolerance"]);
+    says(&folder.wrong_usage("bake sheet.obj --res 8 --certify tight"), &["--certify tight", "--layout sparse"]);
     says(&folder.wrong_usage("view ball.sdf.toml --margin 0.1"), &["not provided", "<MESH>"]);
     folder.done("view ball.sdf.toml sheet.obj --margin 0.1");
 }

@@ -19,6 +19,7 @@ mod fleet;
 mod help;
 mod hostile;
 mod interrupted;
+mod json;
 mod lean;
 mod overlap;
 mod parts;

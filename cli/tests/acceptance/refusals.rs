@@ -124,6 +124,16 @@ fn an_output_is_refused_whose_ending_is_not_what_is_written() {
 }
 
 #[test]
+fn a_limit_in_percent_is_repeated_as_it_was_given() {
+    let folder = scene();
+    says(&folder.refused("bake ball.obj --max-error 0.0001%"), &["--max-error 0.0001%: "]);
+    // 0.018 · 100 is 1.8000000000000003.
+    folder.done("bake ball.obj --max-error 1.8% -o large.sdf.h5");
+    let options = folder.json("info large.sdf.h5")["options"].as_str().unwrap().to_owned();
+    assert!(options.starts_with("--max-error 1.8% "), "{options}");
+}
+
+#[test]
 fn with_json_an_error_is_one_object_on_standard_output_too() {
     let folder = scene();
     for (words, status) in [

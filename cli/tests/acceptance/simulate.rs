@@ -1,6 +1,7 @@
 //! `simulate`: what it prints and writes, and how it refuses.
 
 use crate::folder::{Folder, SDFTOOL, says};
+use crate::meshes::Model;
 
 const SCENE: &str = r#"
 title = "A small cloth on a ball"
@@ -41,6 +42,31 @@ fn a_scene_is_measured_and_recorded() {
     assert!(folder.at("run.vtkhdf").is_file() && folder.at("run.still.vtkhdf").is_file());
     folder.done("simulate small.toml -o frames/ --frames 2");
     assert!(folder.at("frames/frame_0002.obj").is_file() && folder.at("frames/still.obj").is_file());
+}
+
+/// The example of the document, with a post in place of the dragon, as high and off the cloth's middle: most of it ends on the floor.
+#[test]
+fn the_cloth_of_the_document_comes_to_rest() {
+    let folder = Folder::new();
+    let (_, section) = include_str!("../../../docs/scenes.md").split_once("## A scene of your own").unwrap();
+    folder.write("mine.toml", section.split("```toml\n").nth(1).unwrap().split("```").next().unwrap());
+    let post = |[x, y, z]: [f64; 3]| [0.7 + 0.4 * x, 1.76 * (y - 0.5), 0.4 * (z - 0.5)];
+    folder.write("dragon.obj", Model::cube().moved(post).obj());
+    let object = folder.json("simulate mine.toml --small");
+    assert_eq!((&object["finite"], &object["deep_faces"]), (&true.into(), &0.into()), "{object}");
+    // What falls is faster than 1 after a tenth of a second.
+    assert!(object["jitter"].as_f64().unwrap() < 0.1, "{object}");
+}
+
+#[test]
+fn a_run_without_anything_still_removes_what_stood_still_before() {
+    let folder = folder();
+    folder.done("simulate small.toml -o run.vtkhdf --frames 2");
+    assert!(folder.at("run.still.vtkhdf").is_file());
+    let (cloth, _) = SCENE.split_once("[[obstacle]]").unwrap();
+    folder.write("small.toml", cloth);
+    folder.done("simulate small.toml -o run.vtkhdf --frames 2");
+    assert!(folder.at("run.vtkhdf").is_file() && !folder.at("run.still.vtkhdf").exists());
 }
 
 #[test]
@@ -125,6 +151,31 @@ fn all_scenes_of_a_folder_make_a_report() {
     assert_eq!(lines.lines().filter(|line| line.contains("\"schema\":\"sdftool.simulate/1\"")).count(), 2, "{lines}");
     let report = String::from_utf8(folder.read("report/report.md")).unwrap();
     assert!(report.contains("| a | vertices |") && folder.at("report/a.png").is_file());
+}
+
+#[test]
+fn scenes_that_are_not_as_they_say_are_listed_in_one_line() {
+    let folder = folder();
+    std::fs::create_dir(folder.at("mine")).unwrap();
+    let scene = SCENE.replace("ball.sdf", "../ball.sdf").replace("reach", "fails = { vertices = 1000 }\nreach");
+    ["a", "b"].iter().for_each(|name| folder.write(&format!("mine/{name}.toml"), &scene));
+    let output = folder.sdftool("simulate mine --suite").output().unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    says(
+        &said,
+        &["not as they say: a: auto misses stretch; a: vertices must fail by 1000, and fails by ", "; b: auto "],
+    );
+    assert_eq!((output.status.code(), said.lines().count()), (Some(1), 1), "{said}");
+    assert!(!said.contains(char::REPLACEMENT_CHARACTER), "{said}");
+    // Smaller scenes are others.
+    folder.done("simulate mine --suite --small");
+}
+
+#[test]
+fn frames_that_are_asked_for_are_not_halved() {
+    let folder = folder();
+    assert_eq!(folder.json("simulate small.toml --small")["frames"], 4);
+    assert_eq!(folder.json("simulate small.toml --small --frames 5")["frames"], 5);
 }
 
 #[test]

@@ -40,6 +40,15 @@ pub enum MaxError {
     Fraction(f64),
 }
 
+impl MaxError {
+    /// The shortest number of percent that is this fraction: 0.0001 of what was read from 0.0001 %.
+    pub fn percent(fraction: f64) -> f64 {
+        let product = fraction * 100.0;
+        let rounded = |digits: usize| format!("{product:.digits$e}").parse().ok();
+        (0..17).filter_map(rounded).find(|percent: &f64| percent / 100.0 == fraction).unwrap_or(product)
+    }
+}
+
 /// Treatment of faces that lie inside of the solid, such as those of a cube in a cube that is wound alike.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum InnerFaces {
@@ -118,7 +127,7 @@ impl BakeOptions {
         let size = match self.size {
             GridSize::Cells(cells) => format!("--res {cells}"),
             GridSize::VoxelSize(size) => format!("--voxel-size {size}"),
-            GridSize::MaxError(MaxError::Fraction(fraction)) => format!("--max-error {}%", fraction * 100.0),
+            GridSize::MaxError(MaxError::Fraction(fraction)) => format!("--max-error {}%", MaxError::percent(fraction)),
             GridSize::MaxError(MaxError::Length(length)) => format!("--max-error {length}"),
         };
         let sign = match self.sign {

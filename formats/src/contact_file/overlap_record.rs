@@ -141,7 +141,11 @@ impl Record for OverlapRecord {
     const GROUP: &'static str = "overlap";
 
     fn texts() -> Vec<(&'static str, String)> {
-        vec![("kind_names", OverlapKind::NAMES.join(" ")), ("status_names", OverlapStatus::NAMES.join(" "))]
+        vec![
+            ("schema", "sdftool.overlap/1".to_owned()),
+            ("kind_names", OverlapKind::NAMES.join(" ")),
+            ("status_names", OverlapStatus::NAMES.join(" ")),
+        ]
     }
 
     fn columns() -> Vec<Column<Self>> {

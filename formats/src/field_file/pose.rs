@@ -21,8 +21,10 @@ impl Pose {
             (None, table.optional_number("scale")?.unwrap_or(1.0))
         };
         let similarity = Similarity::new(translation, rotation, scale);
-        let similarity =
-            similarity.ok_or_else(|| table.refuse("rotation must not be zero and scale must be positive"))?;
+        let similarity = similarity.ok_or_else(|| {
+            table
+                .refuse("rotation must not be zero and scale must be positive; a list such as [-1.0, 1.0, 1.0] mirrors")
+        })?;
         table.finish()?;
         Ok(Self { stretch, similarity })
     }

@@ -37,6 +37,7 @@ fn an_invalid_field_table_is_refused_with_its_location() {
         ("[field]\nshape = 'union'\nof = [3]\n", ["of[0]", "table"]),
         ("[field]\nshape = 'shell'\nthickness = 0.1\n", ["needs of", "table"]),
         ("[field]\nshape = 'sphere'\nradius = 1\npose.scale = 0\n", ["field.pose", "scale must be positive"]),
+        ("[field]\nshape = 'sphere'\nradius = 1\npose.scale = -1\n", ["field.pose", "[-1.0, 1.0, 1.0] mirrors"]),
         ("[field]\nshape = 'sphere'\nradius = 1\npose.rotation = [0, 0, 0, 0]\n", ["field.pose", "rotation"]),
         ("[field]\nshape = 'sphere'\nradius = 1\npose.rotate = [0, 0, 1]\n", ["unknown key \"rotate\"", "translation"]),
         ("[field]\nshape = 'grid'\nfile = 'missing.sdf.h5'\n", ["bad.sdf.toml: field: missing.sdf.h5", "No such file"]),
