@@ -8,6 +8,7 @@ mod inner_faces;
 mod inner_shells;
 pub mod intersections;
 pub mod known;
+mod repeated;
 mod stitches;
 pub mod topology;
 
@@ -160,7 +161,7 @@ impl TriangleMesh {
 
         let points: Vec<Vector3<f64>> = points.iter().map(|point| Vector3::from(*point)).collect();
         let welded = triangles.iter().map(|corners| corners.map(|index| first_at_position[index as usize]));
-        let unique = without_repeated(&welded.collect::<Vec<_>>(), points.len());
+        let unique = repeated::removed(&welded.collect::<Vec<_>>(), points.len());
         let repeated_triangles = triangles.len() - unique.len();
         let has_area = |corners: &[u32; 3]| has_area(corners.map(|index| points[index as usize]));
         let (mut triangles, mut stitches) = (unique, vec![]);
@@ -257,40 +258,6 @@ fn weld(points: &[[f64; 3]]) -> Vec<u32> {
         *first_at.entry(hash(&index), |first| position(*first) == position(index), hash).or_insert(index).get()
     };
     (0..).zip(points).map(|(index, _)| index).map(first).collect()
-}
-
-/// The first of all triangles with the same corners and winding, in their order. Corners are below `point_count`.
-fn without_repeated(triangles: &[[u32; 3]], point_count: usize) -> Vec<[u32; 3]> {
-    // A counting sort by the lowest corner, which few triangles have in common.
-    let mut ends = vec![0_u32; point_count + 1];
-    let rotated = || triangles.iter().map(|corners| rotated_to_lowest_first(*corners));
-    rotated().for_each(|[lowest, ..]| ends[lowest as usize + 1] += 1);
-    (1..ends.len()).for_each(|point| ends[point] += ends[point - 1]);
-    let mut sorted = vec![([0; 3], 0_u32); triangles.len()];
-    for (index, corners) in (0..).zip(rotated()) {
-        let position = &mut ends[corners[0] as usize];
-        sorted[*position as usize] = (corners, index);
-        *position += 1;
-    }
-    let mut is_first = vec![true; triangles.len()];
-    for with_lowest in sorted.chunk_by_mut(|(a, _), (b, _)| a[0] == b[0]) {
-        with_lowest.sort_unstable();
-        for pair in with_lowest.windows(2) {
-            is_first[pair[1].1 as usize] = pair[0].0 != pair[1].0;
-        }
-    }
-    triangles.iter().zip(is_first).filter(|(_, is_first)| *is_first).map(|(corners, _)| *corners).collect()
-}
-
-/// The same triangle with the same winding, its lowest index first.
-fn rotated_to_lowest_first([a, b, c]: [u32; 3]) -> [u32; 3] {
-    if a <= b && a <= c {
-        [a, b, c]
-    } else if b <= c {
-        [b, c, a]
-    } else {
-        [c, a, b]
-    }
 }
 
 /// Is a triangle's area exactly more than zero? A projection along an axis then has an area too.

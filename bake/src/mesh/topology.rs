@@ -215,7 +215,7 @@ fn half_edges(mesh: &TriangleMesh, is_counted: &[bool]) -> Vec<HalfEdge> {
     sorted
 }
 
-/// Pairs of triangles with the same corners, by the half-edges of all. Their windings differ: [`TriangleMesh`] removed repeated triangles.
+/// Pairs of triangles with the same corners and different windings, by the half-edges of all.
 fn back_to_back(mesh: &TriangleMesh, half_edges: &[HalfEdge]) -> Vec<[u32; 2]> {
     let third = |half: &HalfEdge| mesh.triangles[half.triangle as usize][(usize::from(half.corner) + 2) % 3];
     let mut pairs = vec![];
@@ -225,10 +225,11 @@ fn back_to_back(mesh: &TriangleMesh, half_edges: &[HalfEdge]) -> Vec<[u32; 2]> {
             continue;
         }
         // Each pair is found at the edge without its highest corner.
-        let opposite = edge.iter().map(|half| (third(half), half.triangle)).filter(|(third, _)| *third > points[1]);
-        let mut opposite: Vec<(u32, u32)> = opposite.collect();
+        let opposite = edge.iter().map(|half| (third(half), half.triangle, half.is_forward));
+        let mut opposite: Vec<(u32, u32, bool)> = opposite.filter(|(third, ..)| *third > points[1]).collect();
         opposite.sort_unstable();
-        pairs.extend(opposite.windows(2).filter(|pair| pair[0].0 == pair[1].0).map(|pair| [pair[0].1, pair[1].1]));
+        let is_pair = |pair: &&[(u32, u32, bool)]| pair[0].0 == pair[1].0 && pair[0].2 != pair[1].2;
+        pairs.extend(opposite.windows(2).filter(is_pair).map(|pair| [pair[0].1, pair[1].1]));
     }
     pairs
 }

@@ -123,6 +123,34 @@ fn overlapping_blocks_have_the_distances_of_the_union_of_their_cells() {
     assert!(dropped.iter().flatten().all(|count| *count > 50), "{dropped:?}");
 }
 
+/// Blocks that have a whole face in common, of the same triangles: without its copies, all but one are open there.
+#[test]
+fn blocks_on_one_base_have_the_distances_of_the_union_of_their_cells() {
+    let mut random = Random::from_env();
+    for round in 0..60 {
+        let [low, high] = random_block(&mut random);
+        let axis = random.below(3);
+        let heights = 1 + random.below(4) as u32;
+        let blocks: Vec<Block> = (low[axis] + 1..=(low[axis] + 1 + heights).min(CELLS))
+            .map(|top| [low, std::array::from_fn(|a| if a == axis { top } else { high[a] })])
+            .collect();
+        let cells = Cells::new(&blocks);
+        // Mirrored, they stand on their other end.
+        let mirror = |p: Vector3<f64>| if round % 2 == 0 { p } else { p.map(|x| f64::from(CELLS) - x) };
+        let mut mesh = mesh_of(&blocks).mapped(mirror);
+        if round % 2 == 1 {
+            mesh.triangles.iter_mut().for_each(|corners| corners.swap(1, 2));
+        }
+        let mesh = mesh.baked().without_inner_faces();
+        let distance = MeshDistance::new(&mesh, None);
+        for _ in 0..100 {
+            let point = random.point_in_box([-2.0; 3], [f64::from(CELLS) + 2.0; 3]);
+            let (exact, found) = (cells.signed_distance(point), distance.signed_distance(mirror(point).into()));
+            assert!((found - exact).abs() < 1e-12, "round {round}: {found} for {exact} at {point:?} of {blocks:?}");
+        }
+    }
+}
+
 #[test]
 fn two_crossing_cubes_are_one_solid() {
     let mesh = meshes::cube().and(meshes::cube().moved(1.0, 0.5, 0.25)).baked().without_inner_faces();

@@ -1,0 +1,75 @@
+//! Triangles with the corners and the winding of another: which are needed?
+//!
+//! A triangle that was written twice opens the shell that it is in, and one of the two is enough. Shells that have a face in common need
+//! it once each: without one of them, its shell is open. So a copy stays if the mesh with all copies is closed along the triangle's
+//! edges, and without them is not.
+
+/// The first of all triangles with the same corners and winding, and the copies that are needed, in their order. Corners are below
+/// `point_count`.
+pub(super) fn removed(triangles: &[[u32; 3]], point_count: usize) -> Vec<[u32; 3]> {
+    // A counting sort by the lowest corner, which few triangles have in common.
+    let mut ends = vec![0_u32; point_count + 1];
+    let rotated = || triangles.iter().map(|corners| rotated_to_lowest_first(*corners));
+    rotated().for_each(|[lowest, ..]| ends[lowest as usize + 1] += 1);
+    (1..ends.len()).for_each(|point| ends[point] += ends[point - 1]);
+    let mut sorted = vec![([0; 3], 0_u32); triangles.len()];
+    for (index, corners) in (0..).zip(rotated()) {
+        let position = &mut ends[corners[0] as usize];
+        sorted[*position as usize] = (corners, index);
+        *position += 1;
+    }
+    let mut is_first = vec![true; triangles.len()];
+    for with_lowest in sorted.chunk_by_mut(|(a, _), (b, _)| a[0] == b[0]) {
+        with_lowest.sort_unstable();
+        for pair in with_lowest.windows(2) {
+            is_first[pair[1].1 as usize] = pair[0].0 != pair[1].0;
+        }
+    }
+    let is_kept = with_needed(triangles, &is_first);
+    triangles.iter().zip(is_kept).filter(|(_, is_kept)| *is_kept).map(|(corners, _)| *corners).collect()
+}
+
+/// The first ones and the copies that are needed.
+fn with_needed(triangles: &[[u32; 3]], is_first: &[bool]) -> Vec<bool> {
+    let mut edges: Vec<[u32; 2]> = triangles
+        .iter()
+        .zip(is_first)
+        .filter(|(_, is_first)| !**is_first)
+        .flat_map(|(corners, _)| directed(*corners))
+        .map(|(edge, _)| edge)
+        .collect();
+    edges.sort_unstable();
+    edges.dedup();
+    // By how much the triangles that use an edge one way are more than those that use it the other way: of all, and of the first ones.
+    let mut excess = vec![[0_i64; 2]; edges.len()];
+    for (corners, is_first) in triangles.iter().zip(is_first) {
+        for (edge, way) in directed(*corners) {
+            if let Ok(index) = edges.binary_search(&edge) {
+                excess[index][0] += way;
+                excess[index][1] += if *is_first { way } else { 0 };
+            }
+        }
+    }
+    let excess_at = |edge: [u32; 2]| edges.binary_search(&edge).map_or([0; 2], |index| excess[index]);
+    let is_needed = |corners: [u32; 3]| {
+        let found = directed(corners).map(|(edge, _)| excess_at(edge));
+        found.iter().all(|[all, _]| *all == 0) && found.iter().any(|[_, first]| *first != 0)
+    };
+    triangles.iter().zip(is_first).map(|(corners, is_first)| *is_first || is_needed(*corners)).collect()
+}
+
+/// The edges of a triangle, each with its lower index first, and 1 where the winding goes from that to the other, −1 where it comes back.
+fn directed([a, b, c]: [u32; 3]) -> [([u32; 2], i64); 3] {
+    [(a, b), (b, c), (c, a)].map(|(from, to)| ([from.min(to), from.max(to)], if from < to { 1 } else { -1 }))
+}
+
+/// The same triangle with the same winding, its lowest index first.
+fn rotated_to_lowest_first([a, b, c]: [u32; 3]) -> [u32; 3] {
+    if a <= b && a <= c {
+        [a, b, c]
+    } else if b <= c {
+        [b, c, a]
+    } else {
+        [c, a, b]
+    }
+}
