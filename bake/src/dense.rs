@@ -53,7 +53,7 @@ fn are_finite(samples: &[f32]) -> bool {
     sdf_parallel::map_chunks(samples.len(), are_finite).into_iter().all(|are_finite| are_finite)
 }
 
-/// What samples tell.
+/// Facts that samples tell.
 struct Measured {
     /// Bounds of each block.
     bounds: Vec<BlockBounds>,

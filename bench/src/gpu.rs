@@ -189,7 +189,7 @@ fn on_card(
     Ok(Some(vec![stages, found.len().to_string(), equal, kernels.join(" + "), launched, graph]))
 }
 
-/// What a form is called in the table.
+/// Name of a form in the table.
 fn name_of(stages: Stages, unsettled: Unsettled) -> String {
     match unsettled {
         Unsettled::Certify { .. } => "certified".to_owned(),

@@ -150,7 +150,7 @@ impl<S: Storage> Grid<S> {
         Self { inside_reaches_box, ..self }
     }
 
-    /// What [`with_inside_at_box`](Self::with_inside_at_box) set.
+    /// The answer that [`with_inside_at_box`](Self::with_inside_at_box) set.
     pub fn inside_reaches_box(&self) -> bool {
         self.inside_reaches_box
     }

@@ -196,7 +196,7 @@ fn grid_info(
     }
 }
 
-/// What is to be said of an open mesh whose inside reaches the faces of the grid's box.
+/// Words about an open mesh whose inside reaches the faces of the grid's box.
 fn at_box(inside_reaches_box: bool) -> &'static str {
     if inside_reaches_box {
         "; its inside reaches the grid's box, and the error outside of that is not known"

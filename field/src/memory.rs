@@ -25,7 +25,7 @@ pub fn free_bytes() -> Option<f64> {
     [of_machine, free_of_group(&mut system)].into_iter().flatten().min().map(|bytes| bytes as f64)
 }
 
-/// What the limit of the process' control group and of those around it leaves; `None` without a limit. Of the memory that is counted
+/// Bytes that the limits of the process' control group and of those around it leave; `None` without a limit. Of the memory that is counted
 /// against it, the system takes back the caches of files.
 #[cfg(not(target_arch = "wasm32"))]
 fn free_of_group(system: &mut System) -> Option<u64> {
