@@ -172,6 +172,14 @@ assert.deepEqual(body.sample(points).distance, before);
 let steps = 0;
 sdf.bake(tetrahedron, { res: 32, progress: (done, total) => { assert(done <= total); steps += 1; } }).free();
 assert(steps > 0);
+// A bake in the progress of another leaves it its progress, and its end.
+let outer = 0, inner = 0;
+sdf.bake(tetrahedron, { res: 32, progress: () => { outer += 1; sdf.bake(tetrahedron, { res: 8, progress: () => { inner += 1; } }).free(); } }).free();
+assert.equal(outer, steps);
+assert(inner >= outer);
+let calls = 0;
+const ended = () => { if (++calls == 3) throw new Error("enough"); sdf.bake(tetrahedron, { res: 8 }).free(); };
+assert.throws(() => sdf.bake(tetrahedron, { res: 32, progress: ended }), /^Error: enough$/);
 
 // More memory than there is.
 assert.throws(() => body.sample(new Float64Array(2 ** 28)), /out of memory/);

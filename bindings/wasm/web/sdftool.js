@@ -62,14 +62,16 @@ export class Sdftool {
   }
 
   bake(mesh, { progress, ...options } = {}) {
-    this.#progress = progress;
+    // A bake in the progress of another.
+    const outer = [this.#progress, this.#thrown];
+    [this.#progress, this.#thrown] = [progress, undefined];
     try {
       const { answer } = this.call({ call: "bake", options: { source: mesh.source, ...options } }, { f64s: mesh.points, u32s: mesh.faces });
       return new Field(this, answer);
     } catch (error) {
       throw this.#thrown ?? error;
     } finally {
-      this.#progress = this.#thrown = undefined;
+      [this.#progress, this.#thrown] = outer;
     }
   }
 
