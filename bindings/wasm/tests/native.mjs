@@ -169,6 +169,7 @@ for (const [call, message] of wrong) assert.throws(call, message, String(call));
 assert.deepEqual(body.sample([...points]).distance, before);
 assert.deepEqual(body.contacts({ points: new Float32Array(tetrahedron.points), faces: new Int16Array(tetrahedron.faces) }).point, body.contacts(tetrahedron).point);
 assert.deepEqual(body.sample(points).distance, before);
+const stored = body.save();
 let steps = 0;
 sdf.bake(tetrahedron, { res: 32, progress: (done, total) => { assert(done <= total); steps += 1; } }).free();
 assert(steps > 0);
@@ -180,6 +181,21 @@ assert(inner >= outer);
 let calls = 0;
 const ended = () => { if (++calls == 3) throw new Error("enough"); sdf.bake(tetrahedron, { res: 8 }).free(); };
 assert.throws(() => sdf.bake(tetrahedron, { res: 32, progress: ended }), /^Error: enough$/);
+
+// Addresses above 2 GiB. Pages that nobody writes to take no memory.
+{
+  let exports;
+  const { Instance } = WebAssembly;
+  WebAssembly.Instance = class extends Instance { constructor(...words) { super(...words); exports = this.exports; } };
+  const high = await load();
+  WebAssembly.Instance = Instance;
+  exports.memory.grow(2 ** 15);
+  const field = high.open(stored);
+  const count = 100, many = new Float64Array(count * points.length).map((_, i) => points[i % points.length]);
+  const { distance } = field.sample(many);
+  assert(exports.sdf_output(0) < 0);
+  distance.forEach((x, i) => same(x, before[i % before.length], "sample above 2 GiB"));
+}
 
 // More memory than there is.
 assert.throws(() => body.sample(new Float64Array(2 ** 28)), /out of memory/);

@@ -43,6 +43,9 @@ function numbers(name, values, Kind) {
   return values;
 }
 
+// Addresses and lengths come as signed numbers: negative from 2 GiB on.
+const unsigned = number => number >>> 0;
+
 export class Sdftool {
   #exports; #progress; #thrown; #panic; #end;
 
@@ -115,18 +118,18 @@ export class Sdftool {
   // A view is made anew each time: memory that grows detaches the old ones.
   #write(buffer, Kind, values) {
     const view = ArrayBuffer.isView(values) || Array.isArray(values) ? values : new Uint8Array(values);
-    const place = this.#exports.sdf_input(buffer, view.length);
+    const place = unsigned(this.#exports.sdf_input(buffer, view.length));
     if (!place) throw new Error(`out of memory: ${view.length * Kind.BYTES_PER_ELEMENT} bytes are too many`);
     new Kind(this.#exports.memory.buffer, place, view.length).set(view);
   }
 
   #read(buffer, Kind) {
-    const count = this.#exports.sdf_output_count(buffer);
-    return new Kind(this.#exports.memory.buffer, this.#exports.sdf_output(buffer), count).slice();
+    const [place, count] = [this.#exports.sdf_output(buffer), this.#exports.sdf_output_count(buffer)].map(unsigned);
+    return new Kind(this.#exports.memory.buffer, place, count).slice();
   }
 
   #string(text, length) {
-    return new TextDecoder().decode(new Uint8Array(this.#exports.memory.buffer, text, length));
+    return new TextDecoder().decode(new Uint8Array(this.#exports.memory.buffer, unsigned(text), unsigned(length)));
   }
 }
 
