@@ -150,6 +150,10 @@ const wrong = [
   [() => body.sample(new BigInt64Array(3)), /points\[0\]/],
   [() => body.sample(new DataView(new ArrayBuffer(24))), /points: not an array of numbers/],
   [() => body.sample(3), /points: not an array of numbers/],
+  ...[undefined, null, 100, "[field]", ["[field]"], {}].flatMap(bytes => [
+    [() => sdf.open(bytes), /^TypeError: bytes: give an ArrayBuffer or a view of one/],
+    [() => sdf.mesh(bytes, "mesh.obj"), /^TypeError: bytes: give an ArrayBuffer or a view of one/],
+  ]),
   [() => body.contacts(tetrahedron, { margin: 1e3 }), /margin/],
   [() => body.contacts(tetrahedron, { margin: Infinity }), /margin: Infinity is not/],
   [() => body.contacts(tetrahedron, { budget: NaN }), /budget: NaN/],
@@ -169,7 +173,17 @@ for (const [call, message] of wrong) assert.throws(call, message, String(call));
 assert.deepEqual(body.sample([...points]).distance, before);
 assert.deepEqual(body.contacts({ points: new Float32Array(tetrahedron.points), faces: new Int16Array(tetrahedron.faces) }).point, body.contacts(tetrahedron).point);
 assert.deepEqual(body.sample(points).distance, before);
+// The same bytes in any view, or in memory of several workers.
+const text = readFileSync("tetrahedron.obj");
+assert(text.length % 2 == 0);
+const shared = new SharedArrayBuffer(text.length);
+new Uint8Array(shared).set(text);
+const copy = Uint8Array.from([0, 0, ...text, 10, 10]).buffer;
+for (const bytes of [Uint8Array.from(text).buffer, shared, new DataView(copy, 2, text.length), new Uint16Array(copy, 2, text.length / 2), new Int8Array(shared)]) {
+  assert.deepEqual(sdf.mesh(bytes, "tetrahedron.obj"), tetrahedron);
+}
 const stored = body.save();
+assert.deepEqual(sdf.open(new DataView(stored.buffer)).save(), stored);
 let steps = 0;
 sdf.bake(tetrahedron, { res: 32, progress: (done, total) => { assert(done <= total); steps += 1; } }).free();
 assert(steps > 0);

@@ -43,6 +43,14 @@ function numbers(name, values, Kind) {
   return values;
 }
 
+// Bytes of a file. Numbers of two bytes or text would be taken for others.
+function fileBytes(bytes) {
+  if (ArrayBuffer.isView(bytes)) return new Uint8Array(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+  // An ArrayBuffer of another frame is not an instance of ours.
+  if (/^\[object (Shared)?ArrayBuffer\]$/.test(Object.prototype.toString.call(bytes))) return new Uint8Array(bytes);
+  throw new TypeError("bytes: give an ArrayBuffer or a view of one, such as a Uint8Array");
+}
+
 // Addresses and lengths come as signed numbers: negative from 2 GiB on.
 const unsigned = number => number >>> 0;
 
@@ -60,7 +68,7 @@ export class Sdftool {
   }
 
   mesh(bytes, name) {
-    const { answer, f64s, u32s } = this.call({ call: "mesh", name }, { bytes });
+    const { answer, f64s, u32s } = this.call({ call: "mesh", name }, { bytes: fileBytes(bytes) });
     return { points: f64s, faces: u32s, source: answer.source };
   }
 
@@ -79,7 +87,7 @@ export class Sdftool {
   }
 
   open(bytes, name = "field") {
-    return new Field(this, this.call({ call: "open", name }, { bytes }).answer);
+    return new Field(this, this.call({ call: "open", name }, { bytes: fileBytes(bytes) }).answer);
   }
 
   #onProgress(done, total) {
@@ -117,10 +125,9 @@ export class Sdftool {
 
   // A view is made anew each time: memory that grows detaches the old ones.
   #write(buffer, Kind, values) {
-    const view = ArrayBuffer.isView(values) || Array.isArray(values) ? values : new Uint8Array(values);
-    const place = unsigned(this.#exports.sdf_input(buffer, view.length));
-    if (!place) throw new Error(`out of memory: ${view.length * Kind.BYTES_PER_ELEMENT} bytes are too many`);
-    new Kind(this.#exports.memory.buffer, place, view.length).set(view);
+    const place = unsigned(this.#exports.sdf_input(buffer, values.length));
+    if (!place) throw new Error(`out of memory: ${values.length * Kind.BYTES_PER_ELEMENT} bytes are too many`);
+    new Kind(this.#exports.memory.buffer, place, values.length).set(values);
   }
 
   #read(buffer, Kind) {
