@@ -150,6 +150,13 @@ const wrong = [
   [() => body.sample(new BigInt64Array(3)), /points\[0\]/],
   [() => body.sample(new DataView(new ArrayBuffer(24))), /points: not an array of numbers/],
   [() => body.sample(3), /points: not an array of numbers/],
+  [() => body.sample(), /points: not an array of numbers/],
+  [() => sdf.bake(), /^TypeError: mesh: give points and faces$/],
+  [() => body.contacts(), /^TypeError: mesh: give points and faces$/],
+  [() => body.contacts({ points: tetrahedron.points }), /^TypeError: mesh: give points and faces$/],
+  [() => body.contacts({ vertices: tetrahedron.points, indices: tetrahedron.faces }), /^TypeError: mesh: give points and faces$/],
+  [() => body.contacts({ faces: [] }, { elements: "vertices" }), /^TypeError: mesh: give points$/],
+  [() => body.page("page", { vertices: tetrahedron.points, indices: tetrahedron.faces }), /^TypeError: mesh: give points and faces$/],
   ...[undefined, null, 100, "[field]", ["[field]"], {}].flatMap(bytes => [
     [() => sdf.open(bytes), /^TypeError: bytes: give an ArrayBuffer or a view of one/],
     [() => sdf.mesh(bytes, "mesh.obj"), /^TypeError: bytes: give an ArrayBuffer or a view of one/],
@@ -173,6 +180,7 @@ for (const [call, message] of wrong) assert.throws(call, message, String(call));
 assert.deepEqual(body.sample([...points]).distance, before);
 assert.deepEqual(body.contacts({ points: new Float32Array(tetrahedron.points), faces: new Int16Array(tetrahedron.faces) }).point, body.contacts(tetrahedron).point);
 assert.deepEqual(body.sample(points).distance, before);
+assert.deepEqual(body.contacts({ points: tetrahedron.points }, { elements: "vertices" }).point, body.contacts(tetrahedron, { elements: "vertices" }).point);
 // The same bytes in any view, or in memory of several workers.
 const text = readFileSync("tetrahedron.obj");
 assert(text.length % 2 == 0);

@@ -51,6 +51,12 @@ function fileBytes(bytes) {
   throw new TypeError("bytes: give an ArrayBuffer or a view of one, such as a Uint8Array");
 }
 
+// A mesh with what is needed of it. One whose parts have other names would be taken for an empty one.
+function meshOf(mesh, needsFaces = true) {
+  if (mesh?.points == undefined || (needsFaces && mesh.faces == undefined)) throw new TypeError(`mesh: give points${needsFaces ? " and faces" : ""}`);
+  return mesh;
+}
+
 // Addresses and lengths come as signed numbers: negative from 2 GiB on.
 const unsigned = number => number >>> 0;
 
@@ -73,11 +79,12 @@ export class Sdftool {
   }
 
   bake(mesh, { progress, ...options } = {}) {
+    const { points, faces, source } = meshOf(mesh);
     // A bake in the progress of another.
     const outer = [this.#progress, this.#thrown];
     [this.#progress, this.#thrown] = [progress, undefined];
     try {
-      const { answer } = this.call({ call: "bake", options: { source: mesh.source, ...options } }, { f64s: mesh.points, u32s: mesh.faces });
+      const { answer } = this.call({ call: "bake", options: { source, ...options } }, { f64s: points, u32s: faces });
       return new Field(this, answer);
     } catch (error) {
       throw this.#thrown ?? error;
@@ -150,12 +157,12 @@ export class Field {
   }
 
   sample(points) {
-    const { f64s, bytes } = this.#call("sample", {}, { points });
+    const { f64s, bytes } = this.#call("sample", {}, { points: numbers("points", points, Float64Array) });
     return { distance: f64s.slice(0, f64s.length / 4), gradient: f64s.slice(f64s.length / 4), status: bytes };
   }
 
   contacts(mesh, options = {}) {
-    const { answer, f64s, u32s } = this.#call("contacts", { options }, mesh);
+    const { answer, f64s, u32s } = this.#call("contacts", { options }, meshOf(mesh, options?.elements != "vertices"));
     const found = { ...answer };
     for (const [columns, numbers] of [[F64_COLUMNS, f64s], [U32_COLUMNS, u32s]]) {
       let start = 0;
@@ -169,8 +176,8 @@ export class Field {
     return this.#call("save", {}).bytes;
   }
 
-  page(name, mesh = {}, options = {}) {
-    const { answer, bytes } = this.#call("page", { name, options }, mesh);
+  page(name, mesh, options = {}) {
+    const { answer, bytes } = this.#call("page", { name, options }, mesh === undefined ? {} : meshOf(mesh, options?.elements != "vertices"));
     return { ...answer, html: bytes };
   }
 
