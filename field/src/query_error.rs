@@ -40,6 +40,8 @@ pub enum QueryError {
     CountOutOfRange(usize),
     /// A reduction needs to know how far the body moves: a positive length, not too small for the contacts' own.
     MovementOutOfRange,
+    /// This contact, counted from 0 as it was given, has no finite point, normal or distance.
+    ContactNotFinite(usize),
 }
 
 impl std::fmt::Display for QueryError {
@@ -79,6 +81,9 @@ impl std::fmt::Display for QueryError {
             Self::MovementOutOfRange => f.write_str(
                 "how far the body moves must be a positive length, and gaps over it must be finite: give the way of a time step",
             ),
+            Self::ContactNotFinite(contact) => {
+                write!(f, "contact {contact}: its point, normal and distance must be finite")
+            }
             Self::AllMinimaNeedCertified => f.write_str("all minima are found by the methods auto and certified only"),
         }
     }
