@@ -4,27 +4,29 @@
 //! |---|---|
 //! | How do pointers become slices and back? The only `unsafe` code | `border` |
 //! | Which Rust types are the structs of the header? | `types` |
+//! | How does a bake tell its steps? | `progress` |
 //! | What does each function do? | here; of what moves `motion` |
 
 mod border;
 mod motion;
+mod progress;
 mod types;
 
 use std::ffi::{c_char, c_void};
 use std::ops::ControlFlow;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 
 use sdf_field::core::Sample;
 use sdf_field::core::contact::{Contact, Reduction};
 use sdf_field::file::{FieldError, GridFault, SaveError};
 use sdf_field::{
     BakeError, BakeOptions, ContactOptions, ContactRow, Contacts, Field, MeshView, OverlapOptions, OverlapVerdict,
-    Progress, Threads,
+    Threads,
 };
 
 use border::{Callback, Out, guard};
 pub use motion::{sdf_clusters, sdf_clusters_free, sdf_clusters_refit, sdf_first_touches};
+use progress::{Steps, Told};
 use types::sign_method;
 pub use types::{Failure, SdfBakeOptions, SdfError, SdfField, SdfInfo, SdfOverlapPoint, SdfQuery, SdfResult, SdfTouch};
 
@@ -53,7 +55,7 @@ pub extern "C" fn sdf_bake(
     faces: *const u32,
     face_count: usize,
     options: *const SdfBakeOptions,
-    progress: Option<extern "C" fn(*mut c_void, u64, u64) -> i32>,
+    progress: Option<Told>,
     user: *mut c_void,
     out: *mut *mut SdfField,
     error: *mut SdfError,
@@ -71,26 +73,14 @@ pub extern "C" fn sdf_bake(
     })
 }
 
-fn bake(
-    mesh: MeshView,
-    options: &BakeOptions,
-    progress: Option<Callback<extern "C" fn(*mut c_void, u64, u64) -> i32>>,
-) -> Result<Field, Failure> {
-    let cancel = AtomicBool::new(false);
-    let steps = Mutex::new((0, 0));
-    let on_progress = |step| {
-        let Some(progress) = &progress else { return };
-        // Held during the call, so that steps come one at a time and in order.
-        let Ok(mut steps) = steps.lock() else { return };
-        match step {
-            Progress::Total(count) => steps.1 += count,
-            Progress::Done(count) => steps.0 += count,
-        }
-        if !cancel.load(Ordering::Relaxed) && (progress.function)(progress.user, steps.0, steps.1) != 0 {
-            cancel.store(true, Ordering::Relaxed);
-        }
-    };
-    match Field::bake_cancellable(mesh, options, &on_progress, &cancel) {
+fn bake(mesh: MeshView, options: &BakeOptions, progress: Option<Callback<Told>>) -> Result<Field, Failure> {
+    let steps = Steps::new(progress);
+    let baked = Field::bake_cancellable(mesh, options, &|step| steps.count(step), &steps.cancel);
+    if baked.is_ok() {
+        steps.tell();
+    }
+    match baked {
+        Ok(_) if steps.cancel.load(Ordering::SeqCst) => Err(Failure::new(SdfResult::Stopped, BakeError::Cancelled)),
         Ok(baked) => Ok(baked.field),
         Err(error @ BakeError::Cancelled) => Err(Failure::new(SdfResult::Stopped, error)),
         Err(error) => Err(Failure::invalid(error)),
