@@ -144,6 +144,34 @@ impl<T: Copy> Writer<T> {
     }
 }
 
+/// One number that a call answers, of which something is known from the beginning.
+pub struct Answer<T>(*mut T);
+
+impl<T: Copy> Answer<T> {
+    /// Writes what holds if the call fails.
+    pub fn new(pointer: *mut T, at_first: T, what: &str) -> Result<Self, Failure> {
+        check(pointer, 1, what)?;
+        Self::optional(pointer, at_first, what)
+    }
+
+    /// The same; nothing is written where it is NULL.
+    pub fn optional(pointer: *mut T, at_first: T, what: &str) -> Result<Self, Failure> {
+        if !pointer.is_null() {
+            check(pointer, 1, what)?;
+        }
+        let mut answer = Self(pointer);
+        answer.set(at_first);
+        Ok(answer)
+    }
+
+    pub fn set(&mut self, value: T) {
+        if !self.0.is_null() {
+            // SAFETY: not NULL and aligned; by the header a number may be written there, and no slice of Rust covers it.
+            unsafe { self.0.write(value) };
+        }
+    }
+}
+
 /// Refuses room for fewer answers than there are.
 pub fn require_room(found: usize, capacity: usize, what: &str) -> Result<(), Failure> {
     if found <= capacity {

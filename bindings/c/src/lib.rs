@@ -222,17 +222,17 @@ pub extern "C" fn sdf_overlap(
     error: *mut SdfError,
 ) -> SdfResult {
     guard(error, || {
+        let mut verdict = border::Answer::optional(verdict, 2, "verdict")?;
+        let mut counter = border::Answer::new(count, 0, "count")?;
+        let mut room = border::Writer::new(points, capacity, "points")?;
         let fields = [&border::reference(field, "field")?.0, &border::reference(other, "other")?.0];
         let ContactOptions { pose, margin, .. } = border::value(query, "query")?.to_rust()?;
-        let mut verdict = border::Writer::new(verdict, usize::from(!verdict.is_null()), "verdict")?;
-        let mut room = border::Writer::new(points, capacity, "points")?;
-        let mut counter = border::Writer::new(count, 1, "count")?;
         fields.into_iter().try_for_each(|field| field.check_margin(margin)).map_err(Failure::invalid)?;
         let options = OverlapOptions { poses: [pose, None], margin, ..OverlapOptions::default() };
         let found = fields[0].overlap(fields[1], &options).map_err(Failure::invalid)?;
         found.points.iter().for_each(|point| room.push(point.into()));
-        counter.push(found.points.len());
-        verdict.push(match found.verdict {
+        counter.set(found.points.len());
+        verdict.set(match found.verdict {
             OverlapVerdict::Contact => 0,
             OverlapVerdict::Separated => 1,
             OverlapVerdict::Undecided => 2,
@@ -283,17 +283,18 @@ pub extern "C" fn sdf_contacts(
     error: *mut SdfError,
 ) -> SdfResult {
     guard(error, || {
-        let mut counter = border::Writer::<usize>::new(count, 1, "count")?;
+        let mut undecided = border::Answer::optional(undecided, 0, "undecided")?;
+        let mut counter = border::Answer::new(count, 0, "count")?;
         let mut room = border::Writer::new(contacts, capacity, "contacts")?;
         let mut found = 0;
-        let visited = visit(field, (vertices, vertex_count), (faces, face_count), query, undecided, |row| {
+        let visited = visit(field, (vertices, vertex_count), (faces, face_count), query, &mut undecided, |row| {
             if found < capacity {
                 room.push(row);
             }
             found += 1;
             ControlFlow::Continue(())
         });
-        counter.push(found);
+        counter.set(found);
         let _: ControlFlow<()> = visited?;
         border::require_room(found, capacity, "contacts")
     })
@@ -313,8 +314,9 @@ pub extern "C" fn sdf_visit_contacts(
     error: *mut SdfError,
 ) -> SdfResult {
     guard(error, || {
+        let mut undecided = border::Answer::optional(undecided, 0, "undecided")?;
         let callback = callback.ok_or_else(|| Failure::invalid("visit is NULL"))?;
-        let flow = visit(field, (vertices, vertex_count), (faces, face_count), query, undecided, |row| {
+        let flow = visit(field, (vertices, vertex_count), (faces, face_count), query, &mut undecided, |row| {
             if callback(user, &row) == 0 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
         })?;
         match flow {
@@ -329,10 +331,9 @@ fn visit(
     vertices: (*const f64, usize),
     faces: (*const u32, usize),
     query: *const SdfQuery,
-    undecided: *mut usize,
+    undecided: &mut border::Answer<usize>,
     mut on_row: impl FnMut(ContactRow) -> ControlFlow<()>,
 ) -> Result<ControlFlow<()>, Failure> {
-    let mut undecided = border::Writer::new(undecided, usize::from(!undecided.is_null()), "undecided")?;
     let field = &border::reference(field, "field")?.0;
     let points = border::rows(vertices.0, vertices.1, "vertices")?;
     let faces = border::rows(faces.0, faces.1, "faces")?;
@@ -350,7 +351,7 @@ fn visit(
     };
     match visited.map_err(Failure::invalid)? {
         ControlFlow::Continue(found) => {
-            undecided.push(found.undecided_count);
+            undecided.set(found.undecided_count);
             found.require_finite(mesh, options.elements).map_err(Failure::invalid)?;
         }
         ControlFlow::Break(()) => return Ok(ControlFlow::Break(())),
