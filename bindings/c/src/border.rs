@@ -22,9 +22,14 @@ pub fn guard(error: *mut SdfError, work: impl FnOnce() -> Result<(), Failure>) -
     };
     if !error.is_null() {
         // SAFETY: not NULL, so by the header an `SdfError`, whose bytes may have any value and need no alignment.
-        unsafe { error.write(SdfError { text: ended_by_zero(&text) }) };
+        unsafe { error.write(SdfError { text: ended_by_zero(&on_one_line(&text)) }) };
     }
     result
+}
+
+/// A file's name may hold line feeds, and what a terminal would act on.
+fn on_one_line(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c }).collect()
 }
 
 /// The text, cut at a whole character.

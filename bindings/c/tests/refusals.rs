@@ -187,3 +187,10 @@ fn counts_and_verdicts_of_a_refusal_are_written() {
     }
     sdftool::sdf_free(field);
 }
+
+#[test]
+fn an_error_is_one_line_also_of_a_name_of_two() {
+    let (mut field, mut error): (*mut SdfField, _) = (null_mut(), SdfError { text: [0; 512] });
+    assert_eq!(sdftool::sdf_load(c"two\nlines\x1b.sdf.h5".as_ptr(), &mut field, &mut error), SdfResult::File);
+    assert!(text(&error).starts_with("two\u{fffd}lines\u{fffd}.sdf.h5: "), "{}", text(&error));
+}
