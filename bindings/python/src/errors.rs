@@ -1,10 +1,12 @@
 //! Which exception has an error? Arguments of a wrong kind: TypeError. Of a wrong value: ValueError. Files: OSError. A card that is
-//! missing or fails: RuntimeError.
+//! missing or fails: RuntimeError. What cannot be allocated of a file: MemoryError.
 
 use std::fmt::Display;
 use std::io;
 
-use pyo3::exceptions::{PyFileNotFoundError, PyOSError, PyPermissionError, PyRuntimeError, PyTypeError, PyValueError};
+use pyo3::exceptions::{
+    PyFileNotFoundError, PyMemoryError, PyOSError, PyPermissionError, PyRuntimeError, PyTypeError, PyValueError,
+};
 use pyo3::prelude::*;
 use sdf_field::cuda::{CudaError, GpuError};
 use sdf_field::file::{FieldError, GridFault, GridFileError};
@@ -29,6 +31,7 @@ pub fn file_error(error: &FieldError) -> PyErr {
 /// The same of a grid file.
 pub fn grid_error(error: &GridFileError) -> PyErr {
     match &error.fault {
+        GridFault::OutOfMemory { .. } => PyMemoryError::new_err(error.to_string()),
         GridFault::Io(cause) => io_error(cause, error),
         _ => value_error(error),
     }
