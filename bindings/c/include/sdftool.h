@@ -6,8 +6,9 @@
  *   sdf_free(body);
  *
  * Distances are negative inside and in the unit of the mesh. A field never changes: any number of threads may ask it. No call keeps
- * a pointer, has global state, prints, aborts, or starts a thread unless asked to. A call that fails says why in *error, which may
- * be NULL, and leaves *out NULL. Points and vertices are x, y, z one after the other; faces are three indices each. */
+ * a pointer, has global state, prints, or starts a thread unless asked to. None aborts but where memory runs out: the numbers of a dense
+ * grid and of a file that do not fit are refused, for all else that is needed there must be room. A call that fails says why in *error,
+ * which may be NULL, and leaves *out NULL. Points and vertices are x, y, z one after the other; faces are three indices each. */
 #ifndef SDFTOOL_H
 #define SDFTOOL_H
 #include <stddef.h>
