@@ -29,6 +29,6 @@ pub fn import_grid(py: Python, path: PathBuf, spacing: Option<f64>, origin: Opti
         Ok(pools::run(None, || Field::import(&bytes, format, Source { name, ..Source::default() })))
     });
     let imported =
-        imported.map_err(|error: std::io::Error| io_error(&error, &format!("{}: {error}", path.display())))?;
+        imported.map_err(|error: std::io::Error| io_error(&error, &path, &format!("{}: {error}", path.display())))?;
     imported?.map(Sdf).map_err(|error| value_error(format!("{}: {error}", path.display())))
 }

@@ -1,5 +1,6 @@
 """Wrong input is a TypeError, ValueError or OSError that says what."""
 
+import errno
 import math
 import pickle
 
@@ -90,6 +91,22 @@ CASES = [
     (lambda: sdftool.bake(VERTICES, FACES, layout="sparse", band=0), ValueError, "band=0: give 1 to 1000 cells"),
     (lambda: sdftool.sphere(1.0).export("ball.nvdb", band=1001), ValueError, "band=1001: give 1 to 1000 cells"),
 ]
+
+
+@pytest.mark.parametrize(
+    "call, file",
+    [
+        (sdftool.load, "/nowhere/x.sdf.h5"),
+        (GRID.save, "/nowhere/x.sdf.h5"),
+        (sdftool.sphere(1.0).save, "/nowhere/x.sdf.toml"),
+        (GRID.export, "/nowhere/ball.npy"),
+        (lambda file: sdftool.import_grid(file, spacing=1.0), "/nowhere/a.npy"),
+    ],
+)
+def test_refusals_of_the_system_have_its_number_and_the_file(call, file):
+    with pytest.raises(FileNotFoundError, match=file) as caught:
+        call(file)
+    assert (caught.value.errno, caught.value.filename) == (errno.ENOENT, file)
 
 
 CLOTH, CLOTH_FACES = sheet(4)
