@@ -109,6 +109,19 @@ def test_refusals_of_the_system_have_its_number_and_the_file(call, file):
     assert (caught.value.errno, caught.value.filename) == (errno.ENOENT, file)
 
 
+def test_a_mesh_whose_attribute_raises_raises_that():
+    class Broken:
+        faces = FACES
+
+        @property
+        def vertices(self):
+            raise KeyError("boom")
+
+    for call in [lambda: sdftool.bake(Broken()), lambda: GRID.contacts(Broken()), lambda: sdftool.MeshClusters(Broken())]:
+        with pytest.raises(KeyError, match="boom"):
+            call()
+
+
 CLOTH, CLOTH_FACES = sheet(4)
 TORN = CLOTH.copy()
 TORN[7, 2] = math.inf
