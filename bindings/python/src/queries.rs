@@ -10,7 +10,7 @@ use crate::cuda::CudaQuery;
 use crate::errors::{choice, value_error};
 use crate::motion::{MeshClusters, Motion};
 use crate::pools::on_threads;
-use crate::{integers, mesh::Mesh, sdf::Sdf};
+use crate::{files, integers, mesh::Mesh, sdf::Sdf};
 
 #[pymethods]
 impl Sdf {
@@ -64,7 +64,7 @@ impl Sdf {
         mesh_pose: Option<&Bound<'py, PyAny>>,
         margins: Option<&Bound<'py, PyAny>>,
         device: &str,
-        kernels: Option<PathBuf>,
+        #[pyo3(from_py_with = files::optional_path)] kernels: Option<PathBuf>,
         counts: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
         let keywords = Keywords {
@@ -120,7 +120,7 @@ impl Sdf {
         #[pyo3(from_py_with = integers::optional)] budget: Option<i64>,
         tolerance: f64,
         #[pyo3(from_py_with = integers::optional)] threads: Option<i64>,
-        kernels: Option<PathBuf>,
+        #[pyo3(from_py_with = files::optional_path)] kernels: Option<PathBuf>,
     ) -> PyResult<CudaQuery> {
         let keywords = Keywords {
             margin,
