@@ -76,17 +76,26 @@ impl<'a> Motion<'a> {
         self.clusters.is_none() && self.pose.is_none() && self.margins.is_none()
     }
 
-    /// Refuses options that a mesh in motion does not have, and margins that contacts of the field do not have.
-    pub fn check(&self, field: &Field, options: &ContactOptions, is_on_card: bool) -> PyResult<()> {
+    /// Refuses options that a mesh in motion does not have.
+    pub fn check(&self, options: &ContactOptions, is_on_card: bool) -> PyResult<()> {
         match options.elements {
-            _ if self.is_still() => return Ok(()),
-            _ if is_on_card => return Err(value_error("clusters, mesh_pose, margins: only with device=\"cpu\"")),
-            Elements::Faces => {}
-            _ => return Err(value_error("clusters, mesh_pose, margins: only with elements=\"faces\"")),
+            _ if self.is_still() => Ok(()),
+            _ if is_on_card => Err(value_error("clusters, mesh_pose, margins: only with device=\"cpu\"")),
+            Elements::Faces => Ok(()),
+            _ => Err(value_error("clusters, mesh_pose, margins: only with elements=\"faces\"")),
         }
-        let none = MeshView { points: &[], faces: &[] };
-        let mesh = MeshInMotion { margins: self.margins.as_deref(), ..MeshInMotion::new(none) };
-        let checked = mesh.check_margins(field, options);
+    }
+
+    /// Refuses margins that are not one for each face, or that contacts of the field do not have.
+    pub fn check_margins(&self, field: &Field, mesh: MeshView, options: &ContactOptions) -> PyResult<()> {
+        let Some(margins) = self.margins.as_deref() else { return Ok(()) };
+        let (count, faces) = (margins.len(), mesh.faces.len());
+        if count != faces {
+            return Err(value_error(format!(
+                "margins: {count} lengths, where the mesh has {faces} faces: give one for each"
+            )));
+        }
+        let checked = MeshInMotion { margins: Some(margins), ..MeshInMotion::new(mesh) }.check_margins(field, options);
         checked.map_err(|error| value_error(format!("margins: {}", margin_advice(error))))
     }
 

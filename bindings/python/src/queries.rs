@@ -82,13 +82,14 @@ impl Sdf {
         };
         let is_on_card = choice("device", device, &[("cpu", false), ("cuda", true)])?;
         let (options, motion) = (keywords.options(&self.0)?, Motion::new(clusters, mesh_pose, margins)?);
-        motion.check(&self.0, &options, is_on_card)?;
+        motion.check(&options, is_on_card)?;
         let found = match (is_on_card, kernels) {
             (true, kernels) => CudaQuery::new(py, &self.0, mesh, faces, options, kernels, threads)?.find(py)?,
             (false, Some(_)) => return Err(value_error("kernels: only with device=\"cuda\"")),
             (false, None) => {
                 let mesh = Mesh::new(mesh, faces)?;
                 let view = mesh.view();
+                motion.check_margins(&self.0, view, &options)?;
                 let found = on_threads(py, threads, view.faces.len(), |threads| {
                     let found = motion.find(&self.0, view, &ContactOptions { threads, ..options });
                     Found::checked(found, view, options.elements)
