@@ -42,6 +42,8 @@ pub enum QueryError {
     MovementOutOfRange,
     /// This contact, counted from 0 as it was given, has no finite point, normal or distance.
     ContactNotFinite(usize),
+    /// The flag of [`Field::first_touches_cancellable`](crate::Field::first_touches_cancellable) was set.
+    Cancelled,
 }
 
 impl std::fmt::Display for QueryError {
@@ -84,6 +86,7 @@ impl std::fmt::Display for QueryError {
             Self::ContactNotFinite(contact) => {
                 write!(f, "contact {contact}: its point, normal and distance must be finite")
             }
+            Self::Cancelled => f.write_str("the search was cancelled"),
             Self::AllMinimaNeedCertified => f.write_str("all minima are found by the methods auto and certified only"),
         }
     }

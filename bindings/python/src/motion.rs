@@ -10,7 +10,7 @@ use sdf_field::{
 use crate::contacts::{ELEMENTS, Record, margin_advice, records};
 use crate::errors::{choice, type_error, value_error};
 use crate::mesh::Mesh;
-use crate::pools::on_threads;
+use crate::pools::interruptible;
 use crate::{arrays, integers, pose, sdf::Sdf};
 
 /// The faces of a mesh in clusters of neighbours, for contacts(..., clusters=...) frame after frame: clusters that are far from the field
@@ -126,7 +126,7 @@ impl Sdf {
     /// pose, end_pose: where the field stands at the times 0 and 1, in the mesh's frame; it moves at constant velocity and spin, by the
     /// shorter way around. pose alone: it stands still.
     /// tolerance: a length [default: 1e-4 of the longest side of the box around both frames].
-    /// budget: evaluations of the field an element. threads: None for all cores.
+    /// budget: evaluations of the field an element. threads: None for all cores. Ctrl-C ends it, from 513 faces on.
     #[pyo3(signature = (mesh, faces=None, *, end, thickness=0.0, elements="faces", pose=None, end_pose=None, tolerance=None,
         budget=65536, threads=None))]
     #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
@@ -168,8 +168,9 @@ impl Sdf {
             return Err(value_error(format!("thickness={thickness}: give a finite length")));
         }
         self.0.check_margin(thickness).map_err(|error| value_error(format!("thickness: {error}")))?;
-        let found = on_threads(py, threads, start.faces.len(), |threads| {
-            self.0.first_touches(&MeshPath { start, end }, &FirstTouchOptions { threads, ..options })
+        let found = interruptible(py, threads, start.faces.len(), |threads, cancel| {
+            let options = FirstTouchOptions { threads, ..options };
+            self.0.first_touches_cancellable(&MeshPath { start, end }, &options, cancel)
         })?;
         let found = found.map_err(value_error)?;
         found.require_finite(&MeshPath { start, end }, options.elements).map_err(value_error)?;

@@ -15,7 +15,7 @@ use crate::{files, integers, mesh::Mesh, sdf::Sdf};
 #[pymethods]
 impl Sdf {
     /// Contacts of a mesh: a structured array (k,) of contact_dtype, one record for each element with a distance of at most
-    /// margin somewhere, at the point where it is lowest. Negative distances are inside.
+    /// margin somewhere, at the point where it is lowest. Negative distances are inside. Ctrl-C takes effect when the search is done.
     ///
     /// mesh: an object with .vertices and .faces or .triangles, or vertices (n, 3) and faces (m, 3). Elements with coordinates that are
     /// not finite or too large are a ValueError, which counts them.
