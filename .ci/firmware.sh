@@ -110,6 +110,7 @@ check_door() {
     host/board >host.txt
     run_board board.elf >board.txt || fail "the C program ended with status $?"
     diff --label host --label board -u host.txt board.txt || fail "the C program's contacts differ from the host's"
+    grep -qE '^margins (00000001 ){8}$' board.txt || fail "the C program takes margins that are no lengths: $(grep margins board.txt)"
     grep -qE '^opened 00000000 $' board.txt || fail "the C program did not open its blob: $(head -n 2 board.txt)"
 
     symbols=$(llvm-nm-22 --demangle --print-size board.elf)

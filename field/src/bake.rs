@@ -143,6 +143,7 @@ fn bake_grid(
         (Err(max_error), _) => bake_within(distance, options, &bounds, max_error, memory, on_progress),
         (Ok(spacing), Layout::Dense) => {
             let lattice = lattice(options, &bounds, spacing, 0, memory)?;
+            require_samples(&lattice)?;
             on_progress(Progress::Total(lattice.node_count() as u64));
             let dense = dense::bake(distance, &lattice, &|nodes| on_progress(Progress::Done(nodes as u64)));
             Ok((dense.into_grid_as(&lattice, options.precision.unwrap_or(Precision::F32)), None))
@@ -152,6 +153,14 @@ fn bake_grid(
             bake_bricks(&baker, options, memory, on_progress)
         }
     }
+}
+
+/// Refuses a dense grid whose samples cannot be allocated: the process has a limit of its own, and would be aborted.
+fn require_samples(lattice: &Lattice) -> Result<(), BakeError> {
+    let (count, nodes) = (lattice.node_count(), lattice.nodes().map(f64::from));
+    let bytes = Some(count as f64 * size_of::<f32>() as f64);
+    let too_large = |_| BakeError::TooLarge { nodes, bricks: None, bytes, free: None };
+    Vec::<f32>::new().try_reserve_exact(count).map_err(too_large)
 }
 
 /// A baked grid with all that is known of it.

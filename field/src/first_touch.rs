@@ -1,5 +1,7 @@
 //! When does a mesh that moves first touch a field that stands still or moves? [`Field::first_touches`]: all elements, on all threads.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use sdf_core::contact::{Contact, ContactStatus, FirstTouch, MovingElement, Touch, contact_at};
 use sdf_core::minimize::{Certified, Minimizer};
 use sdf_core::moving::{MovingSdf, RigidMotion, Travelling};
@@ -92,6 +94,17 @@ impl Field {
     /// # Errors
     /// A vertex that is not there, other vertices at the time 1 than at 0, a thickness that is not finite, or a tolerance that is not positive.
     pub fn first_touches(&self, path: &MeshPath, options: &FirstTouchOptions) -> Result<FirstTouches, QueryError> {
+        self.first_touches_cancellable(path, options, &AtomicBool::new(false))
+    }
+
+    /// [`first_touches`](Self::first_touches), until another thread sets `cancel`. Then the elements that are left are skipped, and the
+    /// result is [`QueryError::Cancelled`].
+    pub fn first_touches_cancellable(
+        &self,
+        path: &MeshPath,
+        options: &FirstTouchOptions,
+        cancel: &AtomicBool,
+    ) -> Result<FirstTouches, QueryError> {
         let MeshPath { start: mesh, end } = *path;
         if mesh.points.len() != end.len() {
             return Err(QueryError::VertexCountDiffers);
@@ -106,6 +119,7 @@ impl Field {
             thickness: options.thickness,
             search: FirstTouch { tolerance, evaluations: options.budget },
             threads: options.threads,
+            cancel,
         };
         let field = self.as_any();
         let FirstTouchOptions { elements, pose, end_pose, .. } = *options;
@@ -128,6 +142,7 @@ struct Search<'a> {
     thickness: f64,
     search: FirstTouch,
     threads: Threads,
+    cancel: &'a AtomicBool,
 }
 
 impl Search<'_> {
@@ -148,9 +163,13 @@ impl Search<'_> {
         check(self.path.end, elements).map_err(QueryError::VertexOutOfRange)?;
         let chunks = self.threads.map_chunks(elements, CHUNK, |first, chunk: &[[u32; N]]| {
             let mut found = FirstTouches::default();
-            (first..).zip(chunk).for_each(|(id, vertices)| found.add(self.touch(field, id as u32, *vertices)));
+            let left = (first..).zip(chunk).take_while(|_| !self.cancel.load(Ordering::Relaxed));
+            left.for_each(|(id, vertices)| found.add(self.touch(field, id as u32, *vertices)));
             found
         });
+        if self.cancel.load(Ordering::Relaxed) {
+            return Err(QueryError::Cancelled);
+        }
         let mut all = FirstTouches { element_count: elements.len(), ..FirstTouches::default() };
         for chunk in chunks {
             all.touches.extend(chunk.touches);

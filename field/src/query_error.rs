@@ -40,6 +40,10 @@ pub enum QueryError {
     CountOutOfRange(usize),
     /// A reduction needs to know how far the body moves: a positive length, not too small for the contacts' own.
     MovementOutOfRange,
+    /// This contact, counted from 0 as it was given, has no finite point, normal or distance.
+    ContactNotFinite(usize),
+    /// The flag of [`Field::first_touches_cancellable`](crate::Field::first_touches_cancellable) was set.
+    Cancelled,
 }
 
 impl std::fmt::Display for QueryError {
@@ -80,6 +84,10 @@ impl std::fmt::Display for QueryError {
             Self::MovementOutOfRange => f.write_str(
                 "how far the body moves must be a positive length, and gaps over it must be finite: give the way of a time step",
             ),
+            Self::ContactNotFinite(contact) => {
+                write!(f, "contact {contact}: its point, normal and distance must be finite")
+            }
+            Self::Cancelled => f.write_str("the search was cancelled"),
             Self::AllMinimaNeedCertified => f.write_str("all minima are found by the methods auto and certified only"),
         }
     }

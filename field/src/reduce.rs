@@ -1,6 +1,6 @@
 //! Few contacts of a rigid body in place of many.
 
-use sdf_core::contact::{MAX_REDUCED, Reduced, Reduction};
+use sdf_core::contact::{Contact, MAX_REDUCED, Reduced, Reduction};
 
 use crate::{Contacts, QueryError};
 
@@ -24,6 +24,13 @@ impl Contacts {
     pub fn reduce(&mut self, reduction: &Reduction<f64>) -> Result<Reduced<f64>, QueryError> {
         if !(1..=MAX_REDUCED).contains(&reduction.count) {
             return Err(QueryError::CountOutOfRange(reduction.count));
+        }
+        let is_finite = |contact: &Contact<f64>| {
+            let Contact { point, normal, distance, .. } = contact;
+            point.iter().chain(normal.iter()).chain([distance]).all(|x| x.is_finite())
+        };
+        if let Some(wrong) = self.contacts.iter().position(|contact| !is_finite(contact)) {
+            return Err(QueryError::ContactNotFinite(wrong));
         }
         let mut scratch = vec![0.0; self.contacts.len()];
         let reduced = reduction.apply(&mut self.contacts, &mut scratch).ok_or(QueryError::MovementOutOfRange)?;

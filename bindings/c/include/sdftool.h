@@ -6,8 +6,9 @@
  *   sdf_free(body);
  *
  * Distances are negative inside and in the unit of the mesh. A field never changes: any number of threads may ask it. No call keeps
- * a pointer, has global state, prints, aborts, or starts a thread unless asked to. A call that fails says why in *error, which may
- * be NULL, and leaves *out NULL. Points and vertices are x, y, z one after the other; faces are three indices each. */
+ * a pointer, has global state, prints, or starts a thread unless asked to. None aborts but where memory runs out: the numbers of a dense
+ * grid and of a file that do not fit are refused, for all else that is needed there must be room. A call that fails says why in *error,
+ * which may be NULL, and leaves *out NULL. Points and vertices are x, y, z one after the other; faces are three indices each. */
 #ifndef SDFTOOL_H
 #define SDFTOOL_H
 #include <stddef.h>
@@ -61,7 +62,8 @@ typedef struct SdfInfo { double min[3], max[3], spacing, error_bound, max_margin
 typedef struct SdfOverlapPoint { double point[3], normal[3], distances[2]; } SdfOverlapPoint;
 const char *sdf_version(void); SdfBakeOptions sdf_bake_options(void); SdfQuery sdf_query(void);
 
-/* progress may be NULL; else any working thread calls it, one at a time. It must not throw; non-zero ends the bake (SDF_STOPPED). */
+/* progress may be NULL; else any working thread calls it, one at a time. It must not throw; non-zero ends the bake (SDF_STOPPED). It
+ * may call this library: steps that end meanwhile are told by a later call, the last by one whose done is total. */
 SdfResult sdf_bake(const double *vertices, size_t vertex_count, const uint32_t *faces, size_t face_count, const SdfBakeOptions *options,
                    int (*progress)(void *user, uint64_t done, uint64_t total), void *user, SdfField **out, SdfError *error);
 SdfResult sdf_load(const char *path, SdfField **out, SdfError *error); /* .sdf.h5 or .sdf.toml; the path in UTF-8 */
@@ -76,9 +78,10 @@ SdfResult sdf_sample(const SdfField *field, const double *points, size_t count, 
  * surface here; a bake drops them. */
 SdfResult sdf_mesh_distances(const double *vertices, size_t vertex_count, const uint32_t *faces, size_t face_count, uint32_t sign,
                              uint32_t threads, const double *points, size_t count, double *distances, SdfError *error);
-/* Writes at most capacity contacts. *count is how many there are, also where they are more (SDF_TOO_SMALL). Elements with a
- * vertex that is not finite or beyond 1e150 are SDF_INVALID_ARGUMENT; the others are written all the same. *undecided, which may be
- * NULL: elements without a contact of which SDF_AUTO and SDF_CERTIFIED did not prove in their budget that there is none. */
+/* Writes at most capacity contacts. *count is how many there are, also where they are more (SDF_TOO_SMALL), and 0 where the call is
+ * refused. Elements with a vertex that is not finite or beyond 1e150 are SDF_INVALID_ARGUMENT; the others are written all the same.
+ * *undecided, which may be NULL: elements without a contact of which SDF_AUTO and SDF_CERTIFIED did not prove in their budget that there
+ * is none; 0 where the call fails. */
 SdfResult sdf_contacts(const SdfField *field, const double *vertices, size_t vertex_count, const uint32_t *faces, size_t face_count,
                        const SdfQuery *query, SdfContact *contacts, size_t capacity, size_t *count, size_t *undecided, SdfError *error);
 /* The same, one after the other on the caller's thread; visit must not throw, and ends it by returning non-zero (SDF_STOPPED). */
@@ -104,7 +107,8 @@ SdfResult sdf_first_touches(const SdfField *field, const double *vertices, const
  * radians times half of its diagonal. *shortfall: how far another can sink meanwhile where these are held at thickness; may be NULL. */
 SdfResult sdf_reduce(SdfContact *contacts, size_t *count, size_t keep, double movement, double thickness, double *shortfall, SdfError *error);
 /* Points where field and other are deepest in each other, the deepest first; written and counted as contacts are. Of the query its pose
- * (of field, seen by other) and margin (both distances are at most so much) are looked at. verdict may be NULL. */
+ * (of field, seen by other) and margin (both distances are at most so much) are looked at. verdict may be NULL, and is SDF_UNDECIDED where the
+ * call is refused. */
 SdfResult sdf_overlap(const SdfField *field, const SdfField *other, const SdfQuery *query, uint32_t *verdict, SdfOverlapPoint *points,
                       size_t capacity, size_t *count, SdfError *error);
 #ifdef __cplusplus

@@ -22,9 +22,14 @@ pub fn guard(error: *mut SdfError, work: impl FnOnce() -> Result<(), Failure>) -
     };
     if !error.is_null() {
         // SAFETY: not NULL, so by the header an `SdfError`, whose bytes may have any value and need no alignment.
-        unsafe { error.write(SdfError { text: ended_by_zero(&text) }) };
+        unsafe { error.write(SdfError { text: ended_by_zero(&on_one_line(&text)) }) };
     }
     result
+}
+
+/// A file's name may hold line feeds, and what a terminal would act on.
+fn on_one_line(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c }).collect()
 }
 
 /// The text, cut at a whole character.
@@ -140,6 +145,34 @@ impl<T: Copy> Writer<T> {
                 self.next = self.next.add(1);
             }
             self.left -= 1;
+        }
+    }
+}
+
+/// One number that a call answers, of which something is known from the beginning.
+pub struct Answer<T>(*mut T);
+
+impl<T: Copy> Answer<T> {
+    /// Writes what holds if the call fails.
+    pub fn new(pointer: *mut T, at_first: T, what: &str) -> Result<Self, Failure> {
+        check(pointer, 1, what)?;
+        Self::optional(pointer, at_first, what)
+    }
+
+    /// The same; nothing is written where it is NULL.
+    pub fn optional(pointer: *mut T, at_first: T, what: &str) -> Result<Self, Failure> {
+        if !pointer.is_null() {
+            check(pointer, 1, what)?;
+        }
+        let mut answer = Self(pointer);
+        answer.set(at_first);
+        Ok(answer)
+    }
+
+    pub fn set(&mut self, value: T) {
+        if !self.0.is_null() {
+            // SAFETY: not NULL and aligned; by the header a number may be written there, and no slice of Rust covers it.
+            unsafe { self.0.write(value) };
         }
     }
 }

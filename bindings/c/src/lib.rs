@@ -4,27 +4,29 @@
 //! |---|---|
 //! | How do pointers become slices and back? The only `unsafe` code | `border` |
 //! | Which Rust types are the structs of the header? | `types` |
+//! | How does a bake tell its steps? | `progress` |
 //! | What does each function do? | here; of what moves `motion` |
 
 mod border;
 mod motion;
+mod progress;
 mod types;
 
 use std::ffi::{c_char, c_void};
 use std::ops::ControlFlow;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 
 use sdf_field::core::Sample;
 use sdf_field::core::contact::{Contact, Reduction};
 use sdf_field::file::{FieldError, GridFault, SaveError};
 use sdf_field::{
     BakeError, BakeOptions, ContactOptions, ContactRow, Contacts, Field, MeshView, OverlapOptions, OverlapVerdict,
-    Progress, Threads,
+    Threads,
 };
 
 use border::{Callback, Out, guard};
 pub use motion::{sdf_clusters, sdf_clusters_free, sdf_clusters_refit, sdf_first_touches};
+use progress::{Steps, Told};
 use types::sign_method;
 pub use types::{Failure, SdfBakeOptions, SdfError, SdfField, SdfInfo, SdfOverlapPoint, SdfQuery, SdfResult, SdfTouch};
 
@@ -53,7 +55,7 @@ pub extern "C" fn sdf_bake(
     faces: *const u32,
     face_count: usize,
     options: *const SdfBakeOptions,
-    progress: Option<extern "C" fn(*mut c_void, u64, u64) -> i32>,
+    progress: Option<Told>,
     user: *mut c_void,
     out: *mut *mut SdfField,
     error: *mut SdfError,
@@ -71,26 +73,14 @@ pub extern "C" fn sdf_bake(
     })
 }
 
-fn bake(
-    mesh: MeshView,
-    options: &BakeOptions,
-    progress: Option<Callback<extern "C" fn(*mut c_void, u64, u64) -> i32>>,
-) -> Result<Field, Failure> {
-    let cancel = AtomicBool::new(false);
-    let steps = Mutex::new((0, 0));
-    let on_progress = |step| {
-        let Some(progress) = &progress else { return };
-        // Held during the call, so that steps come one at a time and in order.
-        let Ok(mut steps) = steps.lock() else { return };
-        match step {
-            Progress::Total(count) => steps.1 += count,
-            Progress::Done(count) => steps.0 += count,
-        }
-        if !cancel.load(Ordering::Relaxed) && (progress.function)(progress.user, steps.0, steps.1) != 0 {
-            cancel.store(true, Ordering::Relaxed);
-        }
-    };
-    match Field::bake_cancellable(mesh, options, &on_progress, &cancel) {
+fn bake(mesh: MeshView, options: &BakeOptions, progress: Option<Callback<Told>>) -> Result<Field, Failure> {
+    let steps = Steps::new(progress);
+    let baked = Field::bake_cancellable(mesh, options, &|step| steps.count(step), &steps.cancel);
+    if baked.is_ok() {
+        steps.tell();
+    }
+    match baked {
+        Ok(_) if steps.cancel.load(Ordering::SeqCst) => Err(Failure::new(SdfResult::Stopped, BakeError::Cancelled)),
         Ok(baked) => Ok(baked.field),
         Err(error @ BakeError::Cancelled) => Err(Failure::new(SdfResult::Stopped, error)),
         Err(error) => Err(Failure::invalid(error)),
@@ -232,17 +222,17 @@ pub extern "C" fn sdf_overlap(
     error: *mut SdfError,
 ) -> SdfResult {
     guard(error, || {
+        let mut verdict = border::Answer::optional(verdict, 2, "verdict")?;
+        let mut counter = border::Answer::new(count, 0, "count")?;
+        let mut room = border::Writer::new(points, capacity, "points")?;
         let fields = [&border::reference(field, "field")?.0, &border::reference(other, "other")?.0];
         let ContactOptions { pose, margin, .. } = border::value(query, "query")?.to_rust()?;
-        let mut verdict = border::Writer::new(verdict, usize::from(!verdict.is_null()), "verdict")?;
-        let mut room = border::Writer::new(points, capacity, "points")?;
-        let mut counter = border::Writer::new(count, 1, "count")?;
         fields.into_iter().try_for_each(|field| field.check_margin(margin)).map_err(Failure::invalid)?;
         let options = OverlapOptions { poses: [pose, None], margin, ..OverlapOptions::default() };
         let found = fields[0].overlap(fields[1], &options).map_err(Failure::invalid)?;
         found.points.iter().for_each(|point| room.push(point.into()));
-        counter.push(found.points.len());
-        verdict.push(match found.verdict {
+        counter.set(found.points.len());
+        verdict.set(match found.verdict {
             OverlapVerdict::Contact => 0,
             OverlapVerdict::Separated => 1,
             OverlapVerdict::Undecided => 2,
@@ -293,17 +283,18 @@ pub extern "C" fn sdf_contacts(
     error: *mut SdfError,
 ) -> SdfResult {
     guard(error, || {
-        let mut counter = border::Writer::<usize>::new(count, 1, "count")?;
+        let mut undecided = border::Answer::optional(undecided, 0, "undecided")?;
+        let mut counter = border::Answer::new(count, 0, "count")?;
         let mut room = border::Writer::new(contacts, capacity, "contacts")?;
         let mut found = 0;
-        let visited = visit(field, (vertices, vertex_count), (faces, face_count), query, undecided, |row| {
+        let visited = visit(field, (vertices, vertex_count), (faces, face_count), query, &mut undecided, |row| {
             if found < capacity {
                 room.push(row);
             }
             found += 1;
             ControlFlow::Continue(())
         });
-        counter.push(found);
+        counter.set(found);
         let _: ControlFlow<()> = visited?;
         border::require_room(found, capacity, "contacts")
     })
@@ -323,8 +314,9 @@ pub extern "C" fn sdf_visit_contacts(
     error: *mut SdfError,
 ) -> SdfResult {
     guard(error, || {
+        let mut undecided = border::Answer::optional(undecided, 0, "undecided")?;
         let callback = callback.ok_or_else(|| Failure::invalid("visit is NULL"))?;
-        let flow = visit(field, (vertices, vertex_count), (faces, face_count), query, undecided, |row| {
+        let flow = visit(field, (vertices, vertex_count), (faces, face_count), query, &mut undecided, |row| {
             if callback(user, &row) == 0 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
         })?;
         match flow {
@@ -339,10 +331,9 @@ fn visit(
     vertices: (*const f64, usize),
     faces: (*const u32, usize),
     query: *const SdfQuery,
-    undecided: *mut usize,
+    undecided: &mut border::Answer<usize>,
     mut on_row: impl FnMut(ContactRow) -> ControlFlow<()>,
 ) -> Result<ControlFlow<()>, Failure> {
-    let mut undecided = border::Writer::new(undecided, usize::from(!undecided.is_null()), "undecided")?;
     let field = &border::reference(field, "field")?.0;
     let points = border::rows(vertices.0, vertices.1, "vertices")?;
     let faces = border::rows(faces.0, faces.1, "faces")?;
@@ -360,7 +351,7 @@ fn visit(
     };
     match visited.map_err(Failure::invalid)? {
         ControlFlow::Continue(found) => {
-            undecided.push(found.undecided_count);
+            undecided.set(found.undecided_count);
             found.require_finite(mesh, options.elements).map_err(Failure::invalid)?;
         }
         ControlFlow::Break(()) => return Ok(ControlFlow::Break(())),

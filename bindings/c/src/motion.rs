@@ -96,7 +96,7 @@ pub extern "C" fn sdf_first_touches(
     error: *mut SdfError,
 ) -> SdfResult {
     guard(error, || {
-        let mut counter = border::Writer::<usize>::new(count, 1, "count")?;
+        let mut counter = border::Answer::new(count, 0, "count")?;
         let mut room = border::Writer::new(touches, capacity, "touches")?;
         let field = &border::reference(field, "field")?.0;
         let points = border::rows(vertices, vertex_count, "vertices")?;
@@ -118,7 +118,7 @@ pub extern "C" fn sdf_first_touches(
         let path = MeshPath { start: MeshView { points, faces }, end };
         let found = field.first_touches(&path, &options).map_err(Failure::invalid)?;
         found.touches.iter().for_each(|touch| room.push(touch.into()));
-        counter.push(found.touches.len());
+        counter.set(found.touches.len());
         found.require_finite(&path, elements).map_err(Failure::invalid)?;
         border::require_room(found.touches.len(), capacity, "touches")
     })

@@ -44,6 +44,19 @@ fn a_reduction_keeps_what_the_library_keeps_and_a_refusal_changes_nothing() {
         assert_eq!((result, count, shortfall), (SdfResult::InvalidArgument, given.len(), 7.0));
         assert!(kept == *given);
     }
+    for infinity in [f64::INFINITY, f64::NAN] {
+        let mut wrong = [rows.clone(), rows.clone(), rows.clone()];
+        wrong[0][5].point[1] = infinity;
+        wrong[1][5].normal[2] = infinity;
+        wrong[2][5].distance = infinity;
+        for mut rows in wrong {
+            let (mut count, mut error) = (rows.len(), SdfError { text: [0; 512] });
+            let result = sdftool::sdf_reduce(rows.as_mut_ptr(), &mut count, 4, 0.1, 0.0, null_mut(), &mut error);
+            assert_eq!(result, SdfResult::InvalidArgument);
+            let text = std::ffi::CStr::from_bytes_until_nul(&error.text).unwrap().to_str().unwrap();
+            assert_eq!(text, "contact 5: its point, normal and distance must be finite");
+        }
+    }
     let mut count = 2;
     let result = sdftool::sdf_reduce(null_mut(), &mut count, 4, 0.1, 0.0, null_mut(), none);
     assert_eq!(result, SdfResult::InvalidArgument);

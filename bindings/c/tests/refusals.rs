@@ -115,3 +115,82 @@ fn a_band_of_no_cells_is_refused() {
         assert_eq!((baked, text(&error)), (SdfResult::InvalidArgument, &*format!("band {band}: give 1 to 1000 cells")));
     }
 }
+
+#[test]
+fn counts_and_verdicts_of_a_refusal_are_written() {
+    let file = std::path::PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("counts.sdf.h5");
+    bake(&file);
+    let (field, points) = (load(&file), vertices(0.1));
+    let (points, faces) = (points.as_ptr().cast(), FACES.as_ptr().cast());
+    let wrong = SdfQuery { elements: 9, ..sdftool::sdf_query() };
+    let invalid = SdfResult::InvalidArgument;
+    let null_room = null_mut();
+    // The field is NULL, the query is wrong, or the room is NULL.
+    for (asked, query, capacity) in [
+        (null(), sdftool::sdf_query(), 0),
+        (field.cast_const(), wrong, 0),
+        (field.cast_const(), SdfQuery { margin: f64::NAN, ..sdftool::sdf_query() }, 0),
+        (field.cast_const(), sdftool::sdf_query(), 5),
+    ] {
+        let (mut count, mut undecided, mut verdict) = (7, 7, 7);
+        let result = sdftool::sdf_contacts(
+            asked,
+            points,
+            6,
+            faces,
+            8,
+            &query,
+            null_mut(),
+            capacity,
+            &mut count,
+            &mut undecided,
+            null_mut(),
+        );
+        assert_eq!((result, count, undecided), (invalid, 0, 0));
+        count = 7;
+        let (touches, end_pose) = (null_mut(), null());
+        let result = sdftool::sdf_first_touches(
+            asked,
+            points,
+            points,
+            6,
+            faces,
+            8,
+            &query,
+            end_pose,
+            0.0,
+            touches,
+            capacity,
+            &mut count,
+            null_mut(),
+        );
+        assert_eq!((result, count), (invalid, 0));
+        count = 7;
+        let result =
+            sdftool::sdf_overlap(asked, field, &query, &mut verdict, null_room, capacity, &mut count, null_mut());
+        assert_eq!((result, count, verdict), (invalid, 0, 2));
+        undecided = 7;
+        let visit = None;
+        let result = sdftool::sdf_visit_contacts(
+            asked,
+            points,
+            6,
+            faces,
+            8,
+            &query,
+            visit,
+            null_mut(),
+            &mut undecided,
+            null_mut(),
+        );
+        assert_eq!((result, undecided), (invalid, 0));
+    }
+    sdftool::sdf_free(field);
+}
+
+#[test]
+fn an_error_is_one_line_also_of_a_name_of_two() {
+    let (mut field, mut error): (*mut SdfField, _) = (null_mut(), SdfError { text: [0; 512] });
+    assert_eq!(sdftool::sdf_load(c"two\nlines\x1b.sdf.h5".as_ptr(), &mut field, &mut error), SdfResult::File);
+    assert!(text(&error).starts_with("two\u{fffd}lines\u{fffd}.sdf.h5: "), "{}", text(&error));
+}

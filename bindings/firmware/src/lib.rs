@@ -151,7 +151,13 @@ fn sample(blob: &OpenBlob, point: [f32; 3], out: &mut [f32; 4]) -> i32 {
     OK
 }
 
+/// Largest magnitude of a margin, as of a coordinate: squares beyond it overflow.
+const LARGEST: f32 = 1e18;
+
 fn contact<const N: usize>(blob: &OpenBlob, corners: [[f32; 3]; N], margin: f32, out: &mut SdfBlobContact) -> i32 {
+    if !(-LARGEST..=LARGEST).contains(&margin) {
+        return NOT_FINITE;
+    }
     let simplex = Simplex { corners: corners.map(Vector3::from) };
     let element = Element { id: 0, vertices: core::array::from_fn(|corner| corner as u32), simplex };
     match blob.contact(&element, margin) {

@@ -19,7 +19,7 @@ use crate::pools;
 use crate::sdf::Sdf;
 
 /// Time between two looks for signals, and between two calls of `progress`.
-const POLL: Duration = Duration::from_millis(50);
+pub const POLL: Duration = Duration::from_millis(50);
 
 /// Bakes a mesh into a grid of signed distances, negative inside: bake(mesh, res=128) or bake(vertices, faces, res=128).
 ///

@@ -1,10 +1,13 @@
 //! Which exception has an error? Arguments of a wrong kind: TypeError. Of a wrong value: ValueError. Files: OSError. A card that is
-//! missing or fails: RuntimeError.
+//! missing or fails: RuntimeError. What cannot be allocated of a file: MemoryError.
 
 use std::fmt::Display;
 use std::io;
+use std::path::Path;
 
-use pyo3::exceptions::{PyFileNotFoundError, PyOSError, PyPermissionError, PyRuntimeError, PyTypeError, PyValueError};
+use pyo3::exceptions::{
+    PyFileNotFoundError, PyMemoryError, PyOSError, PyPermissionError, PyRuntimeError, PyTypeError, PyValueError,
+};
 use pyo3::prelude::*;
 use sdf_field::cuda::{CudaError, GpuError};
 use sdf_field::file::{FieldError, GridFault, GridFileError};
@@ -20,7 +23,9 @@ pub fn type_error(error: impl Display) -> PyErr {
 /// OSError where the system refused, else ValueError: the file is not what it should be.
 pub fn file_error(error: &FieldError) -> PyErr {
     match error {
-        FieldError::Unreadable { source, .. } | FieldError::Unwritable { source, .. } => io_error(source, error),
+        FieldError::Unreadable { path, source } | FieldError::Unwritable { path, source } => {
+            io_error(source, path, error)
+        }
         FieldError::Grid(grid) => grid_error(grid),
         FieldError::Refused { .. } => value_error(error),
     }
@@ -29,7 +34,8 @@ pub fn file_error(error: &FieldError) -> PyErr {
 /// The same of a grid file.
 pub fn grid_error(error: &GridFileError) -> PyErr {
     match &error.fault {
-        GridFault::Io(cause) => io_error(cause, error),
+        GridFault::OutOfMemory { .. } => PyMemoryError::new_err(error.to_string()),
+        GridFault::Io(cause) => io_error(cause, &error.path, error),
         _ => value_error(error),
     }
 }
@@ -48,12 +54,15 @@ pub fn cuda_error(error: CudaError) -> PyErr {
     }
 }
 
-/// The kind of OSError that the system's refusal is, with the text of `error`.
-pub fn io_error(cause: &io::Error, error: &dyn Display) -> PyErr {
+/// The kind of OSError that the system's refusal of the file is, with the text of `error`, and with errno and filename where the system
+/// gave a number.
+pub fn io_error(cause: &io::Error, path: &Path, error: &dyn Display) -> PyErr {
     let text = error.to_string();
-    match cause.kind() {
-        io::ErrorKind::NotFound => PyFileNotFoundError::new_err(text),
-        io::ErrorKind::PermissionDenied => PyPermissionError::new_err(text),
+    match (cause.raw_os_error(), cause.kind()) {
+        // OSError makes the kind of the number. The last is Windows', and ignored elsewhere.
+        (Some(number), _) => PyOSError::new_err((number, text, path.as_os_str().to_owned(), number)),
+        (None, io::ErrorKind::NotFound) => PyFileNotFoundError::new_err(text),
+        (None, io::ErrorKind::PermissionDenied) => PyPermissionError::new_err(text),
         _ => PyOSError::new_err(text),
     }
 }

@@ -42,7 +42,7 @@ impl Export {
     pub fn write(&self, py: Python, field: &Field, path: &PathBuf, threads: Option<i64>) -> PyResult<Vec<PathBuf>> {
         let written = py.detach(|| pools::run(threads, || field.export_to(path, self.format, &self.options)))?;
         written.map(|written| written.files).map_err(|error| match &error {
-            ExportError::Unwritable(path, cause) => io_error(cause, &format!("{}: {cause}", path.display())),
+            ExportError::Unwritable(path, cause) => io_error(cause, path, &format!("{}: {cause}", path.display())),
             _ => value_error(&error),
         })
     }

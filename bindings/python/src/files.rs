@@ -7,16 +7,26 @@ use crate::errors::file_error;
 use crate::pools;
 use crate::sdf::Sdf;
 
+/// A path as Python's own functions take it: str, bytes, or an os.PathLike of either.
+pub fn path(given: &Bound<PyAny>) -> PyResult<PathBuf> {
+    given.py().import("os")?.call_method1("fsdecode", (given,))?.extract()
+}
+
+/// The same, or None.
+pub fn optional_path(given: &Bound<PyAny>) -> PyResult<Option<PathBuf>> {
+    if given.is_none() { Ok(None) } else { path(given).map(Some) }
+}
+
 /// Opens a baked grid (.sdf.h5) or shapes in closed form (.sdf.toml), by content. Negative inside.
 #[pyfunction]
-pub fn load(py: Python, path: PathBuf) -> PyResult<Sdf> {
+pub fn load(py: Python, #[pyo3(from_py_with = self::path)] path: PathBuf) -> PyResult<Sdf> {
     py.detach(|| pools::run(None, || Field::open(path)))?.map(Sdf).map_err(|error| file_error(&error))
 }
 
 /// Removes the temporary folders that killed processes left beside path by save. A save of path does so too: this is for
 /// programs that find the file there and keep it.
 #[pyfunction]
-pub fn clear_leftovers(py: Python, path: PathBuf) {
+pub fn clear_leftovers(py: Python, #[pyo3(from_py_with = self::path)] path: PathBuf) {
     py.detach(|| sdf_field::clear_leftovers(&path));
 }
 

@@ -7,8 +7,8 @@ use sdf_field::import::ImportFormat;
 use sdf_field::{Field, Source};
 
 use crate::errors::{io_error, value_error};
-use crate::pools;
 use crate::sdf::Sdf;
+use crate::{files, pools};
 
 /// A grid of another program, negative inside: a NanoVDB level set (.nvdb), or a NumPy array of shape (z, y, x) (.npy).
 ///
@@ -16,7 +16,12 @@ use crate::sdf::Sdf;
 /// Nothing is certified of its samples: error_bound is infinite. Values that were positive inside must be negated before.
 #[pyfunction]
 #[pyo3(signature = (path, *, spacing=None, origin=None))]
-pub fn import_grid(py: Python, path: PathBuf, spacing: Option<f64>, origin: Option<[f64; 3]>) -> PyResult<Sdf> {
+pub fn import_grid(
+    py: Python,
+    #[pyo3(from_py_with = files::path)] path: PathBuf,
+    spacing: Option<f64>,
+    origin: Option<[f64; 3]>,
+) -> PyResult<Sdf> {
     let format = match (ImportFormat::is_npy(&path), spacing) {
         (true, Some(spacing)) => ImportFormat::Npy { origin: origin.unwrap_or_default(), spacing },
         (true, None) => return Err(value_error("spacing: a NumPy array does not say how far its nodes are apart")),
@@ -29,6 +34,6 @@ pub fn import_grid(py: Python, path: PathBuf, spacing: Option<f64>, origin: Opti
         Ok(pools::run(None, || Field::import(&bytes, format, Source { name, ..Source::default() })))
     });
     let imported =
-        imported.map_err(|error: std::io::Error| io_error(&error, &format!("{}: {error}", path.display())))?;
+        imported.map_err(|error: std::io::Error| io_error(&error, &path, &format!("{}: {error}", path.display())))?;
     imported?.map(Sdf).map_err(|error| value_error(format!("{}: {error}", path.display())))
 }

@@ -35,12 +35,14 @@ impl<'py> Mesh<'py> {
 /// Vertices and faces of one object: trimesh has `.vertices` and `.faces`, Open3D `.vertices` and `.triangles`, a tensor mesh of
 /// Open3D `.vertex.positions` and `.triangle.indices`.
 pub fn parts<'py>(mesh: &Bound<'py, PyAny>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
-    if let (Ok(vertices), Ok(faces)) =
-        (mesh.getattr("vertices"), mesh.getattr("faces").or_else(|_| mesh.getattr("triangles")))
-    {
-        return Ok((vertices, faces));
+    // An attribute that is there and fails raises what it raises.
+    if let Some(vertices) = mesh.getattr_opt("vertices")? {
+        let faces = mesh.getattr_opt("faces")?;
+        if let Some(faces) = faces.map_or_else(|| mesh.getattr_opt("triangles"), |faces| Ok(Some(faces)))? {
+            return Ok((vertices, faces));
+        }
     }
-    if let (Ok(vertex), Ok(triangle)) = (mesh.getattr("vertex"), mesh.getattr("triangle")) {
+    if let (Some(vertex), Some(triangle)) = (mesh.getattr_opt("vertex")?, mesh.getattr_opt("triangle")?) {
         let numbers = |of: Bound<'py, PyAny>, name: &str| of.getattr(name)?.call_method0("numpy");
         return Ok((numbers(vertex, "positions")?, numbers(triangle, "indices")?));
     }

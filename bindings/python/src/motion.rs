@@ -10,7 +10,7 @@ use sdf_field::{
 use crate::contacts::{ELEMENTS, Record, margin_advice, records};
 use crate::errors::{choice, type_error, value_error};
 use crate::mesh::Mesh;
-use crate::pools::on_threads;
+use crate::pools::interruptible;
 use crate::{arrays, integers, pose, sdf::Sdf};
 
 /// The faces of a mesh in clusters of neighbours, for contacts(..., clusters=...) frame after frame: clusters that are far from the field
@@ -76,17 +76,26 @@ impl<'a> Motion<'a> {
         self.clusters.is_none() && self.pose.is_none() && self.margins.is_none()
     }
 
-    /// Refuses options that a mesh in motion does not have, and margins that contacts of the field do not have.
-    pub fn check(&self, field: &Field, options: &ContactOptions, is_on_card: bool) -> PyResult<()> {
+    /// Refuses options that a mesh in motion does not have.
+    pub fn check(&self, options: &ContactOptions, is_on_card: bool) -> PyResult<()> {
         match options.elements {
-            _ if self.is_still() => return Ok(()),
-            _ if is_on_card => return Err(value_error("clusters, mesh_pose, margins: only with device=\"cpu\"")),
-            Elements::Faces => {}
-            _ => return Err(value_error("clusters, mesh_pose, margins: only with elements=\"faces\"")),
+            _ if self.is_still() => Ok(()),
+            _ if is_on_card => Err(value_error("clusters, mesh_pose, margins: only with device=\"cpu\"")),
+            Elements::Faces => Ok(()),
+            _ => Err(value_error("clusters, mesh_pose, margins: only with elements=\"faces\"")),
         }
-        let none = MeshView { points: &[], faces: &[] };
-        let mesh = MeshInMotion { margins: self.margins.as_deref(), ..MeshInMotion::new(none) };
-        let checked = mesh.check_margins(field, options);
+    }
+
+    /// Refuses margins that are not one for each face, or that contacts of the field do not have.
+    pub fn check_margins(&self, field: &Field, mesh: MeshView, options: &ContactOptions) -> PyResult<()> {
+        let Some(margins) = self.margins.as_deref() else { return Ok(()) };
+        let (count, faces) = (margins.len(), mesh.faces.len());
+        if count != faces {
+            return Err(value_error(format!(
+                "margins: {count} lengths, where the mesh has {faces} faces: give one for each"
+            )));
+        }
+        let checked = MeshInMotion { margins: Some(margins), ..MeshInMotion::new(mesh) }.check_margins(field, options);
         checked.map_err(|error| value_error(format!("margins: {}", margin_advice(error))))
     }
 
@@ -117,7 +126,7 @@ impl Sdf {
     /// pose, end_pose: where the field stands at the times 0 and 1, in the mesh's frame; it moves at constant velocity and spin, by the
     /// shorter way around. pose alone: it stands still.
     /// tolerance: a length [default: 1e-4 of the longest side of the box around both frames].
-    /// budget: evaluations of the field an element. threads: None for all cores.
+    /// budget: evaluations of the field an element. threads: None for all cores. Ctrl-C ends it, from 513 faces on.
     #[pyo3(signature = (mesh, faces=None, *, end, thickness=0.0, elements="faces", pose=None, end_pose=None, tolerance=None,
         budget=65536, threads=None))]
     #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
@@ -159,8 +168,9 @@ impl Sdf {
             return Err(value_error(format!("thickness={thickness}: give a finite length")));
         }
         self.0.check_margin(thickness).map_err(|error| value_error(format!("thickness: {error}")))?;
-        let found = on_threads(py, threads, start.faces.len(), |threads| {
-            self.0.first_touches(&MeshPath { start, end }, &FirstTouchOptions { threads, ..options })
+        let found = interruptible(py, threads, start.faces.len(), |threads, cancel| {
+            let options = FirstTouchOptions { threads, ..options };
+            self.0.first_touches_cancellable(&MeshPath { start, end }, &options, cancel)
         })?;
         let found = found.map_err(value_error)?;
         found.require_finite(&MeshPath { start, end }, options.elements).map_err(value_error)?;

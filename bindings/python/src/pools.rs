@@ -5,12 +5,16 @@
 
 use std::collections::BTreeMap;
 use std::process;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{self, RecvTimeoutError};
 use std::sync::{Arc, Mutex, PoisonError};
 
+use pyo3::exceptions::PyRuntimeError;
 use pyo3::{PyResult, Python};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use sdf_field::Threads;
 
+use crate::bake::POLL;
 use crate::errors::value_error;
 use crate::integers;
 
@@ -36,6 +40,46 @@ pub fn on_threads<T: Send>(
         return Ok(py.detach(|| work(Threads::ONE)));
     }
     py.detach(|| run(threads, || work(Threads::ALL)))
+}
+
+/// [`on_threads`] for what may take long: where there is more than a little to do, the caller's thread looks for signals meanwhile. Where
+/// a handler raises, the flag is set that `work` is given, and that is raised when it has ended.
+pub fn interruptible<T: Send>(
+    py: Python,
+    threads: Option<i64>,
+    count: usize,
+    work: impl FnOnce(Threads, &AtomicBool) -> T + Send,
+) -> PyResult<T> {
+    let cancel = &AtomicBool::new(false);
+    if count <= FEW {
+        return on_threads(py, threads, count, |threads| work(threads, cancel));
+    }
+    let work = || match threads {
+        Some(1) => Ok(work(Threads::ONE, cancel)),
+        threads => run(threads, || work(Threads::ALL, cancel)),
+    };
+    let (send, receive) = mpsc::channel();
+    // A receiver alone must not be lent to the closure below.
+    let receive = Mutex::new(receive);
+    py.detach(|| {
+        std::thread::scope(|scope| {
+            let worker = std::thread::Builder::new().name("sdftool-search".to_owned());
+            worker.spawn_scoped(scope, move || drop(send.send(work())))?;
+            let receive = receive.lock().unwrap_or_else(PoisonError::into_inner);
+            loop {
+                match receive.recv_timeout(POLL) {
+                    Ok(done) => return done,
+                    Err(RecvTimeoutError::Timeout) => {
+                        let looked = Python::attach(|py| py.check_signals());
+                        looked.inspect_err(|_| cancel.store(true, Ordering::Relaxed))?;
+                    }
+                    Err(RecvTimeoutError::Disconnected) => {
+                        return Err(PyRuntimeError::new_err("the search ended in a panic: please report this"));
+                    }
+                }
+            }
+        })
+    })
 }
 
 fn pool(threads: Option<i64>) -> PyResult<Arc<ThreadPool>> {

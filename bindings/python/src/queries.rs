@@ -10,12 +10,12 @@ use crate::cuda::CudaQuery;
 use crate::errors::{choice, value_error};
 use crate::motion::{MeshClusters, Motion};
 use crate::pools::on_threads;
-use crate::{integers, mesh::Mesh, sdf::Sdf};
+use crate::{files, integers, mesh::Mesh, sdf::Sdf};
 
 #[pymethods]
 impl Sdf {
     /// Contacts of a mesh: a structured array (k,) of contact_dtype, one record for each element with a distance of at most
-    /// margin somewhere, at the point where it is lowest. Negative distances are inside.
+    /// margin somewhere, at the point where it is lowest. Negative distances are inside. Ctrl-C takes effect when the search is done.
     ///
     /// mesh: an object with .vertices and .faces or .triangles, or vertices (n, 3) and faces (m, 3). Elements with coordinates that are
     /// not finite or too large are a ValueError, which counts them.
@@ -64,7 +64,7 @@ impl Sdf {
         mesh_pose: Option<&Bound<'py, PyAny>>,
         margins: Option<&Bound<'py, PyAny>>,
         device: &str,
-        kernels: Option<PathBuf>,
+        #[pyo3(from_py_with = files::optional_path)] kernels: Option<PathBuf>,
         counts: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
         let keywords = Keywords {
@@ -82,13 +82,14 @@ impl Sdf {
         };
         let is_on_card = choice("device", device, &[("cpu", false), ("cuda", true)])?;
         let (options, motion) = (keywords.options(&self.0)?, Motion::new(clusters, mesh_pose, margins)?);
-        motion.check(&self.0, &options, is_on_card)?;
+        motion.check(&options, is_on_card)?;
         let found = match (is_on_card, kernels) {
             (true, kernels) => CudaQuery::new(py, &self.0, mesh, faces, options, kernels, threads)?.find(py)?,
             (false, Some(_)) => return Err(value_error("kernels: only with device=\"cuda\"")),
             (false, None) => {
                 let mesh = Mesh::new(mesh, faces)?;
                 let view = mesh.view();
+                motion.check_margins(&self.0, view, &options)?;
                 let found = on_threads(py, threads, view.faces.len(), |threads| {
                     let found = motion.find(&self.0, view, &ContactOptions { threads, ..options });
                     Found::checked(found, view, options.elements)
@@ -120,7 +121,7 @@ impl Sdf {
         #[pyo3(from_py_with = integers::optional)] budget: Option<i64>,
         tolerance: f64,
         #[pyo3(from_py_with = integers::optional)] threads: Option<i64>,
-        kernels: Option<PathBuf>,
+        #[pyo3(from_py_with = files::optional_path)] kernels: Option<PathBuf>,
     ) -> PyResult<CudaQuery> {
         let keywords = Keywords {
             margin,

@@ -16,7 +16,7 @@ use crate::errors::{file_error, grid_error, type_error, value_error};
 use crate::export::Export;
 use crate::overlap::{self, Overlap};
 use crate::pools::{self, on_threads};
-use crate::{arrays, integers};
+use crate::{arrays, files, integers};
 
 /// A signed distance field, negative inside and positive outside: a baked grid or a closed form.
 ///
@@ -135,7 +135,7 @@ impl Sdf {
     }
 
     /// Writes a grid as .sdf.h5, a closed form as .sdf.toml: whole, or not at all. load reads the same field, bit for bit.
-    fn save(&self, py: Python, path: PathBuf) -> PyResult<()> {
+    fn save(&self, py: Python, #[pyo3(from_py_with = files::path)] path: PathBuf) -> PyResult<()> {
         py.detach(|| pools::run(None, || self.0.save(path)))?.map_err(|error| match &error {
             SaveError::ClosedForm(cause) => file_error(cause),
             SaveError::Grid(cause) => grid_error(cause),
@@ -153,7 +153,7 @@ impl Sdf {
     fn export(
         &self,
         py: Python,
-        path: PathBuf,
+        #[pyo3(from_py_with = files::path)] path: PathBuf,
         format: Option<&str>,
         #[pyo3(from_py_with = integers::optional)] res: Option<i64>,
         #[pyo3(from_py_with = integers::optional)] band: Option<i64>,

@@ -334,6 +334,11 @@ def test_few_contacts_hold_a_body_as_all_do():
     for wrong in [dict(count=0), dict(count=65), dict(movement=0.0), dict(movement=float("nan"))]:
         with pytest.raises(ValueError):
             sdftool.reduce(found, **{"count": 4, "movement": 1.0, **wrong})
+    for column in ["point", "normal", "distance"]:
+        bad = found.copy()
+        bad[column].reshape(len(bad), -1)[3, -1] = np.nan
+        with pytest.raises(ValueError, match="^contact 3: its point, normal and distance must be finite$"):
+            sdftool.reduce(bad, 4, movement=1.0)
     bad = found.copy()
     bad["status"] = 99
     with pytest.raises(ValueError, match="codes that mean nothing"):

@@ -1,6 +1,11 @@
 """Meshes and fields that move: clusters, poses and margins change no contact, and first touches are at their times."""
 
+import os
 import pathlib
+import signal
+import subprocess
+import sys
+import time
 
 import numpy as np
 import pytest
@@ -107,6 +112,39 @@ def test_a_touch_that_the_budget_leaves_open_says_up_to_when_nothing_touches():
     assert times[0] < exact[0] and contacts["distance"][0] > 0.1
 
 
+LONG_SEARCH = """
+import signal, sys, time, numpy as np, sdftool
+# A shell's background jobs ignore it.
+signal.signal(signal.SIGINT, signal.default_int_handler)
+sys.path.insert(0, {folder!r})
+from conftest import ball
+vertices, faces = ball(16)
+body = sdftool.bake(vertices, faces, res=32)
+copies = np.concatenate([faces + k * len(vertices) for k in range(1000)])
+end = np.tile(vertices, (1000, 1))
+print("begins", flush=True)
+try:
+    body.first_touches(end + [3, 0, 0], copies, end=end, threads={threads})
+    print("done", time.time(), flush=True)
+except KeyboardInterrupt:
+    print("interrupted", time.time(), flush=True)
+"""
+
+
+@pytest.mark.parametrize("threads", [None, 1, 2])
+def test_ctrl_c_ends_a_search_for_first_touches(threads):
+    code = LONG_SEARCH.format(folder=os.path.dirname(__file__), threads=threads)
+    child = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
+    assert child.stdout.readline() == "begins\n"
+    time.sleep(0.7)
+    sent = time.time()
+    child.send_signal(signal.SIGINT)
+    word, moment = child.stdout.readline().split()
+    # It takes 0.1 s on an idle machine; the search takes minutes.
+    assert word == "interrupted" and float(moment) - sent < 10
+    assert child.wait(timeout=20) == 0
+
+
 CLOTH = sheet(4)
 CLUSTERS = sdftool.MeshClusters(*CLOTH)
 NAN = np.where(np.arange(25)[:, None] == 7, np.nan, CLOTH[0])
@@ -123,7 +161,8 @@ SPARSE = sdftool.bake(*ball(6), res=16, layout="sparse")
         (lambda: BODY.contacts(*CLOTH, clusters=CLOTH), TypeError, "MeshClusters"),
         (lambda: BODY.contacts(*CLOTH, elements="edges", clusters=CLUSTERS), ValueError, 'only with elements="faces"'),
         (lambda: BODY.contacts(*CLOTH, device="cuda", mesh_pose=np.eye(4)), ValueError, 'only with device="cpu"'),
-        (lambda: BODY.contacts(*CLOTH, margins=[0.1]), ValueError, "another number of faces"),
+        (lambda: BODY.contacts(*CLOTH, margins=[0.1]), ValueError, "^margins: 1 lengths, where the mesh has 32 faces: give one for each$"),
+        (lambda: BODY.contacts(*CLOTH, margins=[99.0, np.nan]), ValueError, "^margins: 2 lengths"),
         (lambda: BODY.contacts(*CLOTH, margins=0.1), TypeError, r"margins: .*\(m,\)"),
         (lambda: BODY.contacts(*CLOTH, margins=["a"] * 32), TypeError, "margins: .* numbers"),
         (lambda: BODY.contacts(*CLOTH, margins=np.full(32, np.nan)), ValueError, "the margin of face 0 must be a finite length"),

@@ -1,6 +1,8 @@
 """Wrong input is a TypeError, ValueError or OSError that says what."""
 
+import errno
 import math
+import os
 import pickle
 
 import numpy as np
@@ -52,6 +54,8 @@ CASES = [
     (lambda: GRID.export("ball.npy", res=-1), ValueError, "^res=-1: give 1"),
     (lambda: GRID.export("ball.nvdb", band=-1), ValueError, "^band=-1: give 1 to 1000 cells$"),
     (lambda: sdftool.load("/nowhere/x.sdf.h5"), FileNotFoundError, "/nowhere/x.sdf.h5"),
+    (lambda: sdftool.load(3), TypeError, "expected str, bytes or os.PathLike object, not int"),
+    (lambda: GRID.contacts(*sheet(4), kernels=3), TypeError, "expected str, bytes or os.PathLike object, not int"),
     (lambda: sdftool.from_bytes(b"neither"), ValueError, "data: not TOML"),
     (lambda: GRID.save("/nowhere/x.sdf.h5"), OSError, "nowhere"),
     (lambda: GRID.export("ball.obj"), ValueError, "ball.obj: use a name that ends in one of .nvdb, .raw"),
@@ -90,6 +94,52 @@ CASES = [
     (lambda: sdftool.bake(VERTICES, FACES, layout="sparse", band=0), ValueError, "band=0: give 1 to 1000 cells"),
     (lambda: sdftool.sphere(1.0).export("ball.nvdb", band=1001), ValueError, "band=1001: give 1 to 1000 cells"),
 ]
+
+
+@pytest.mark.parametrize(
+    "call, file",
+    [
+        (sdftool.load, "/nowhere/x.sdf.h5"),
+        (GRID.save, "/nowhere/x.sdf.h5"),
+        (sdftool.sphere(1.0).save, "/nowhere/x.sdf.toml"),
+        (GRID.export, "/nowhere/ball.npy"),
+        (lambda file: sdftool.import_grid(file, spacing=1.0), "/nowhere/a.npy"),
+    ],
+)
+def test_refusals_of_the_system_have_its_number_and_the_file(call, file):
+    with pytest.raises(FileNotFoundError, match=file) as caught:
+        call(file)
+    assert (caught.value.errno, caught.value.filename) == (errno.ENOENT, file)
+
+
+def test_paths_are_what_open_takes(tmp_path):
+    class Path:
+        def __init__(self, name):
+            self.name = name
+
+        def __fspath__(self):
+            return self.name
+
+    grid, array = (str(tmp_path / name) for name in ["ball-ü.sdf.h5", "ball-ü.npy"])
+    for kind in [str, str.encode, Path, lambda name: Path(name.encode())]:
+        GRID.save(kind(grid))
+        assert sdftool.load(kind(grid)).to_bytes() == GRID.to_bytes()
+        assert [os.fspath(path) for path in GRID.export(kind(array))] == [array]
+        assert sdftool.import_grid(kind(array), spacing=1.0).shape == GRID.shape
+        sdftool.clear_leftovers(kind(grid))
+
+
+def test_a_mesh_whose_attribute_raises_raises_that():
+    class Broken:
+        faces = FACES
+
+        @property
+        def vertices(self):
+            raise KeyError("boom")
+
+    for call in [lambda: sdftool.bake(Broken()), lambda: GRID.contacts(Broken()), lambda: sdftool.MeshClusters(Broken())]:
+        with pytest.raises(KeyError, match="boom"):
+            call()
 
 
 CLOTH, CLOTH_FACES = sheet(4)

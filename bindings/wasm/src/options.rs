@@ -7,6 +7,16 @@ use sdf_field::{
     BakeOptions, ContactOptions, Elements, GridSize, InnerFaces, MaxError, SignMethod, Source, Threads, UnknownMethod,
 };
 use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use serde_json::{Map, Value, json};
+
+/// Options by their names. Each is read alone first, so that an error names it.
+pub fn read<T: DeserializeOwned>(options: Map<String, Value>) -> Result<T, String> {
+    for (name, value) in &options {
+        serde_json::from_value::<T>(json!({(name): value})).map_err(|error| format!("{name}: {error}"))?;
+    }
+    serde_json::from_value(Value::Object(options)).map_err(|error| error.to_string())
+}
 
 /// How a mesh is baked.
 #[derive(Default, Deserialize)]
@@ -29,7 +39,7 @@ pub struct BakeWords {
 
 /// A length, or text such as `0.1%` of the diagonal.
 #[derive(Deserialize)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "give a positive length, or text such as \"0.1%\" of the diagonal")]
 enum ErrorWords {
     Length(f64),
     Percent(String),
@@ -64,7 +74,7 @@ pub struct ContactWords {
 
 /// How few contacts of a rigid body are kept.
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "an object with count and movement")]
 struct ReduceWords {
     count: u32,
     movement: f64,
@@ -74,7 +84,7 @@ struct ReduceWords {
 
 /// Where the field stands: turned by a quaternion x, y, z, w, then moved.
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "an object with translation and rotation")]
 struct PoseWords {
     #[serde(default)]
     translation: [f64; 3],

@@ -8,10 +8,10 @@ use sdf_field::{BakeError, ContactRow, Contacts, Field, MeshView, Progress, Thre
 use sdf_formats::contact_file::ContactRecord;
 use sdf_formats::mesh;
 use serde::Deserialize;
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 use sha2::{Digest, Sha256};
 
-use crate::options::{BakeWords, ContactWords};
+use crate::options::{self, BakeWords, ContactWords};
 use crate::{Buffers, FIELDS, progress};
 
 /// A request, named by `call`.
@@ -23,7 +23,7 @@ enum Request {
     /// Bytes of a mesh file: points, faces and where they come from.
     Mesh { name: String },
     /// Points and faces: the number of a field, and facts about it.
-    Bake { options: BakeWords },
+    Bake { options: Map<String, Value> },
     /// Bytes of a field's file: likewise.
     Open { name: String },
     /// The bytes of a file that `Open` opens.
@@ -31,9 +31,9 @@ enum Request {
     /// Points: values, then gradients; statuses as bytes.
     Sample { field: usize },
     /// Points and faces: the contacts, column by column.
-    Contacts { field: usize, options: ContactWords },
+    Contacts { field: usize, options: Map<String, Value> },
     /// Points and faces, or none: a page as bytes.
-    Page { field: usize, name: String, options: ContactWords },
+    Page { field: usize, name: String, options: Map<String, Value> },
     /// Gives the field's memory back.
     Free { field: usize },
 }
@@ -47,7 +47,7 @@ pub fn run(input: Buffers) -> Result<Buffers, String> {
             "statusNames": ContactRow::STATUS_NAMES,
         })),
         Request::Mesh { name } => read_mesh(&input.bytes, &name),
-        Request::Bake { options } => bake(&input, &options),
+        Request::Bake { options } => bake(&input, &options::read(options)?),
         Request::Open { name } => {
             let field = Field::from_bytes(&input.bytes, &name).map_err(|error| error.to_string())?;
             Buffers::text(&keep(field))
@@ -59,12 +59,12 @@ pub fn run(input: Buffers) -> Result<Buffers, String> {
         Request::Sample { field } => sample(&self::field(field)?, &input),
         Request::Contacts { field, options } => {
             let field = self::field(field)?;
-            let (found, summary) = contacts(&field, mesh(&input)?, &options)?;
+            let (found, summary) = contacts(&field, mesh(&input)?, &options::read(options)?)?;
             let rows: Vec<ContactRow> = found.contacts.iter().map(ContactRow::from).collect();
             let (f64s, u32s) = columns(&rows);
             Ok(Buffers { f64s, u32s, ..Buffers::text(&summary)? })
         }
-        Request::Page { field, name, options } => page(&self::field(field)?, name, &input, &options),
+        Request::Page { field, name, options } => page(&self::field(field)?, name, &input, &options::read(options)?),
         Request::Free { field } => {
             FIELDS.with_borrow_mut(|fields| fields.get_mut(field).and_then(Option::take));
             Buffers::text(&json!({}))

@@ -127,6 +127,9 @@ const wrong = [
   [() => sdf.open(readFileSync("native.sdf.h5").subarray(0, 5000), "short.h5"), /short.h5/],
   [() => sdf.bake(tetrahedron, { resolution: 3 }), /unknown field `resolution`.*`res`/],
   [() => sdf.bake(tetrahedron, { res: 0 }), /res.*1 cell/],
+  [() => sdf.bake(tetrahedron, { layout: "sparse", res: "32" }), /^Error: res: invalid type: string "32", expected u32$/],
+  [() => sdf.bake(tetrahedron, { keepMesh: 1 }), /^Error: keepMesh: .*boolean/],
+  [() => sdf.bake(tetrahedron, { maxError: true }), /^Error: maxError: give a positive length/],
   [() => sdf.bake(tetrahedron, { res: 64, voxelSize: 1 }), /one of them/],
   [() => sdf.bake(tetrahedron, { res: undefined, layout: "thick" }), /layout "thick".*dense/],
   [() => sdf.bake(tetrahedron, { res: parseInt("many") }), /^Error: res: NaN is not a finite number$/],
@@ -150,7 +153,22 @@ const wrong = [
   [() => body.sample(new BigInt64Array(3)), /points\[0\]/],
   [() => body.sample(new DataView(new ArrayBuffer(24))), /points: not an array of numbers/],
   [() => body.sample(3), /points: not an array of numbers/],
+  [() => body.sample(), /points: not an array of numbers/],
+  [() => sdf.bake(), /^TypeError: mesh: give points and faces$/],
+  [() => body.contacts(), /^TypeError: mesh: give points and faces$/],
+  [() => body.contacts({ points: tetrahedron.points }), /^TypeError: mesh: give points and faces$/],
+  [() => body.contacts({ vertices: tetrahedron.points, indices: tetrahedron.faces }), /^TypeError: mesh: give points and faces$/],
+  [() => body.contacts({ faces: [] }, { elements: "vertices" }), /^TypeError: mesh: give points$/],
+  [() => body.page("page", { vertices: tetrahedron.points, indices: tetrahedron.faces }), /^TypeError: mesh: give points and faces$/],
+  ...[undefined, null, 100, "[field]", ["[field]"], {}].flatMap(bytes => [
+    [() => sdf.open(bytes), /^TypeError: bytes: give an ArrayBuffer or a view of one/],
+    [() => sdf.mesh(bytes, "mesh.obj"), /^TypeError: bytes: give an ArrayBuffer or a view of one/],
+  ]),
   [() => body.contacts(tetrahedron, { margin: 1e3 }), /margin/],
+  [() => body.contacts(tetrahedron, { margin: "1" }), /^Error: margin: .*string/],
+  [() => body.contacts(tetrahedron, { pose: { translation: [0, 0] } }), /^Error: pose: .*length 2/],
+  [() => body.contacts(tetrahedron, { pose: 3 }), /^Error: pose: .*an object with translation and rotation$/],
+  [() => body.page("page", tetrahedron, { lean: "yes" }), /^Error: lean: .*boolean/],
   [() => body.contacts(tetrahedron, { margin: Infinity }), /margin: Infinity is not/],
   [() => body.contacts(tetrahedron, { budget: NaN }), /budget: NaN/],
   [() => body.contacts(tetrahedron, { pose: { translation: [0, NaN, 0] } }), /translation: NaN/],
@@ -169,9 +187,44 @@ for (const [call, message] of wrong) assert.throws(call, message, String(call));
 assert.deepEqual(body.sample([...points]).distance, before);
 assert.deepEqual(body.contacts({ points: new Float32Array(tetrahedron.points), faces: new Int16Array(tetrahedron.faces) }).point, body.contacts(tetrahedron).point);
 assert.deepEqual(body.sample(points).distance, before);
+assert.deepEqual(body.contacts({ points: tetrahedron.points }, { elements: "vertices" }).point, body.contacts(tetrahedron, { elements: "vertices" }).point);
+// The same bytes in any view, or in memory of several workers.
+const text = readFileSync("tetrahedron.obj");
+assert(text.length % 2 == 0);
+const shared = new SharedArrayBuffer(text.length);
+new Uint8Array(shared).set(text);
+const copy = Uint8Array.from([0, 0, ...text, 10, 10]).buffer;
+for (const bytes of [Uint8Array.from(text).buffer, shared, new DataView(copy, 2, text.length), new Uint16Array(copy, 2, text.length / 2), new Int8Array(shared)]) {
+  assert.deepEqual(sdf.mesh(bytes, "tetrahedron.obj"), tetrahedron);
+}
+const stored = body.save();
+assert.deepEqual(sdf.open(new DataView(stored.buffer)).save(), stored);
 let steps = 0;
 sdf.bake(tetrahedron, { res: 32, progress: (done, total) => { assert(done <= total); steps += 1; } }).free();
 assert(steps > 0);
+// A bake in the progress of another leaves it its progress, and its end.
+let outer = 0, inner = 0;
+sdf.bake(tetrahedron, { res: 32, progress: () => { outer += 1; sdf.bake(tetrahedron, { res: 8, progress: () => { inner += 1; } }).free(); } }).free();
+assert.equal(outer, steps);
+assert(inner >= outer);
+let calls = 0;
+const ended = () => { if (++calls == 3) throw new Error("enough"); sdf.bake(tetrahedron, { res: 8 }).free(); };
+assert.throws(() => sdf.bake(tetrahedron, { res: 32, progress: ended }), /^Error: enough$/);
+
+// Addresses above 2 GiB. Pages that nobody writes to take no memory.
+{
+  let exports;
+  const { Instance } = WebAssembly;
+  WebAssembly.Instance = class extends Instance { constructor(...words) { super(...words); exports = this.exports; } };
+  const high = await load();
+  WebAssembly.Instance = Instance;
+  exports.memory.grow(2 ** 15);
+  const field = high.open(stored);
+  const count = 100, many = new Float64Array(count * points.length).map((_, i) => points[i % points.length]);
+  const { distance } = field.sample(many);
+  assert(exports.sdf_output(0) < 0);
+  distance.forEach((x, i) => same(x, before[i % before.length], "sample above 2 GiB"));
+}
 
 // More memory than there is.
 assert.throws(() => body.sample(new Float64Array(2 ** 28)), /out of memory/);

@@ -6,6 +6,7 @@ export function load(source?: string | URL | BufferSource): Promise<Sdftool>;
 /** Points x, y, z one after the other; for each face the indices of its three points. What is not a number, or no index, is refused. */
 export interface Mesh {
   points: Float64Array | readonly number[];
+  /** Contacts of vertices need none. */
   faces: Uint32Array | readonly number[];
   /** The file it was read from; kept in the field. */
   source?: { name: string; sha256: string };
@@ -170,6 +171,7 @@ export class Field {
    */
   sample(points: Float64Array | readonly number[]): { distance: Float64Array; gradient: Float64Array; status: Uint8Array };
   contacts(mesh: Mesh, options?: ContactOptions): Contacts;
+  contacts(mesh: Pick<Mesh, "points">, options: ContactOptions & { elements: "vertices" }): Contacts;
   /** The bytes of a .sdf.h5, or of a .sdf.toml, for `open` and for the program. */
   save(): Uint8Array;
   /** The page of `sdftool view` in UTF-8: the field, and a mesh with its contacts. */

@@ -43,6 +43,23 @@ function numbers(name, values, Kind) {
   return values;
 }
 
+// Bytes of a file. Numbers of two bytes or text would be taken for others.
+function fileBytes(bytes) {
+  if (ArrayBuffer.isView(bytes)) return new Uint8Array(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+  // An ArrayBuffer of another frame is not an instance of ours.
+  if (/^\[object (Shared)?ArrayBuffer\]$/.test(Object.prototype.toString.call(bytes))) return new Uint8Array(bytes);
+  throw new TypeError("bytes: give an ArrayBuffer or a view of one, such as a Uint8Array");
+}
+
+// A mesh with what is needed of it. One whose parts have other names would be taken for an empty one.
+function meshOf(mesh, needsFaces = true) {
+  if (mesh?.points == undefined || (needsFaces && mesh.faces == undefined)) throw new TypeError(`mesh: give points${needsFaces ? " and faces" : ""}`);
+  return mesh;
+}
+
+// Addresses and lengths come as signed numbers: negative from 2 GiB on.
+const unsigned = number => number >>> 0;
+
 export class Sdftool {
   #exports; #progress; #thrown; #panic; #end;
 
@@ -57,24 +74,27 @@ export class Sdftool {
   }
 
   mesh(bytes, name) {
-    const { answer, f64s, u32s } = this.call({ call: "mesh", name }, { bytes });
+    const { answer, f64s, u32s } = this.call({ call: "mesh", name }, { bytes: fileBytes(bytes) });
     return { points: f64s, faces: u32s, source: answer.source };
   }
 
   bake(mesh, { progress, ...options } = {}) {
-    this.#progress = progress;
+    const { points, faces, source } = meshOf(mesh);
+    // A bake in the progress of another.
+    const outer = [this.#progress, this.#thrown];
+    [this.#progress, this.#thrown] = [progress, undefined];
     try {
-      const { answer } = this.call({ call: "bake", options: { source: mesh.source, ...options } }, { f64s: mesh.points, u32s: mesh.faces });
+      const { answer } = this.call({ call: "bake", options: { source, ...options } }, { f64s: points, u32s: faces });
       return new Field(this, answer);
     } catch (error) {
       throw this.#thrown ?? error;
     } finally {
-      this.#progress = this.#thrown = undefined;
+      [this.#progress, this.#thrown] = outer;
     }
   }
 
   open(bytes, name = "field") {
-    return new Field(this, this.call({ call: "open", name }, { bytes }).answer);
+    return new Field(this, this.call({ call: "open", name }, { bytes: fileBytes(bytes) }).answer);
   }
 
   #onProgress(done, total) {
@@ -112,19 +132,18 @@ export class Sdftool {
 
   // A view is made anew each time: memory that grows detaches the old ones.
   #write(buffer, Kind, values) {
-    const view = ArrayBuffer.isView(values) || Array.isArray(values) ? values : new Uint8Array(values);
-    const place = this.#exports.sdf_input(buffer, view.length);
-    if (!place) throw new Error(`out of memory: ${view.length * Kind.BYTES_PER_ELEMENT} bytes are too many`);
-    new Kind(this.#exports.memory.buffer, place, view.length).set(view);
+    const place = unsigned(this.#exports.sdf_input(buffer, values.length));
+    if (!place) throw new Error(`out of memory: ${values.length * Kind.BYTES_PER_ELEMENT} bytes are too many`);
+    new Kind(this.#exports.memory.buffer, place, values.length).set(values);
   }
 
   #read(buffer, Kind) {
-    const count = this.#exports.sdf_output_count(buffer);
-    return new Kind(this.#exports.memory.buffer, this.#exports.sdf_output(buffer), count).slice();
+    const [place, count] = [this.#exports.sdf_output(buffer), this.#exports.sdf_output_count(buffer)].map(unsigned);
+    return new Kind(this.#exports.memory.buffer, place, count).slice();
   }
 
   #string(text, length) {
-    return new TextDecoder().decode(new Uint8Array(this.#exports.memory.buffer, text, length));
+    return new TextDecoder().decode(new Uint8Array(this.#exports.memory.buffer, unsigned(text), unsigned(length)));
   }
 }
 
@@ -138,12 +157,12 @@ export class Field {
   }
 
   sample(points) {
-    const { f64s, bytes } = this.#call("sample", {}, { points });
+    const { f64s, bytes } = this.#call("sample", {}, { points: numbers("points", points, Float64Array) });
     return { distance: f64s.slice(0, f64s.length / 4), gradient: f64s.slice(f64s.length / 4), status: bytes };
   }
 
   contacts(mesh, options = {}) {
-    const { answer, f64s, u32s } = this.#call("contacts", { options }, mesh);
+    const { answer, f64s, u32s } = this.#call("contacts", { options }, meshOf(mesh, options?.elements != "vertices"));
     const found = { ...answer };
     for (const [columns, numbers] of [[F64_COLUMNS, f64s], [U32_COLUMNS, u32s]]) {
       let start = 0;
@@ -157,8 +176,8 @@ export class Field {
     return this.#call("save", {}).bytes;
   }
 
-  page(name, mesh = {}, options = {}) {
-    const { answer, bytes } = this.#call("page", { name, options }, mesh);
+  page(name, mesh, options = {}) {
+    const { answer, bytes } = this.#call("page", { name, options }, mesh === undefined ? {} : meshOf(mesh, options?.elements != "vertices"));
     return { ...answer, html: bytes };
   }
 

@@ -1,6 +1,7 @@
 //! First touches of a mesh: those of each element alone, and never later than contacts at any moment say.
 
 use std::collections::BTreeMap;
+use std::sync::atomic::AtomicBool;
 
 use sdf_core::contact::{ContactStatus, FirstTouch, MovingElement, Touch, contact_at};
 use sdf_core::grid::owned::Layout;
@@ -232,4 +233,21 @@ fn a_moving_mesh_that_cannot_be_watched_is_refused() {
     assert_eq!((found.not_finite_count, found.touches.len(), found.element_count), (1, 0, 1));
     let empty = MeshPath { start: MeshView { points: &[], faces: &[] }, end: &[] };
     assert_eq!(field.first_touches(&empty, &options).unwrap().element_count, 0);
+}
+
+#[test]
+fn a_cancelled_search_finds_nothing() {
+    let ([start, end], faces) = triangles(&mut Random::new(test_seed(63)), 100);
+    let path = MeshPath { start: MeshView { points: &start, faces: &faces }, end: &end };
+    for (_, field) in fields() {
+        for threads in [Threads::ONE, Threads::ALL] {
+            let options = FirstTouchOptions { threads, ..FirstTouchOptions::default() };
+            let [found, none] = [false, true].map(|is_cancelled| {
+                let cancel = AtomicBool::new(is_cancelled);
+                field.first_touches_cancellable(&path, &options, &cancel)
+            });
+            assert_eq!(found, field.first_touches(&path, &options));
+            assert_eq!(none, Err(QueryError::Cancelled));
+        }
+    }
 }

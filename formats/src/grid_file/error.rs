@@ -47,6 +47,14 @@ pub enum GridFault {
     /// The file contradicts itself, its length or a checksum.
     #[error("{0}: the file is damaged; bake it again")]
     Damaged(String),
+    /// What the file holds is larger than the memory that can be allocated.
+    #[error("its {what} needs {bytes} bytes, more than can be allocated")]
+    OutOfMemory {
+        /// The array.
+        what: String,
+        /// Its size.
+        bytes: u64,
+    },
     /// The file is a part of a bake: see [`super::part`].
     #[error("part {index}/{count} of a bake, not a whole grid; join all {count} parts by `sdftool merge`")]
     IsPart {
@@ -84,6 +92,7 @@ impl From<ReadError> for GridFault {
             ReadError::NotHdf5 => Self::NotHdf5,
             ReadError::Unexpected(what) => Self::NotAGrid(what),
             ReadError::Damaged(what) => Self::Damaged(what),
+            ReadError::OutOfMemory(what, bytes) => Self::OutOfMemory { what, bytes },
         }
     }
 }

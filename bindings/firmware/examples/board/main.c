@@ -61,6 +61,15 @@ int main(void) {
     text("\nat the origin ");
     sdf_blob_sample(&body, origin, sample);
     for (int k = 0; k < 4; k++) number(sample[k]);
+    text("\nmargins ");
+    /* Infinite, and not a number. */
+    const float large = 1e30f, infinite = large * large, margins[4] = {2e18f, -large, infinite, infinite - infinite};
+    const float corners[9] = {0.0f};
+    SdfBlobContact none;
+    for (int k = 0; k < 4; k++) {
+        word(-(uint32_t)sdf_blob_face(&body, corners, margins[k], &none));
+        word(-(uint32_t)sdf_blob_edge(&body, corners, margins[k], &none));
+    }
     put('\n');
     int contacts = 0;
     for (int i = 0; i < 400; i++) contacts += query(3, 0.02f) + query(2, 0.02f);

@@ -69,6 +69,7 @@ class _CardArray(Protocol):
     def __cuda_array_interface__(self) -> dict[str, Any]: ...
 
 _Mesh = _TriMesh | _Open3dMesh
+_Path = str | bytes | os.PathLike[str] | os.PathLike[bytes]
 _Floats = npt.NDArray[np.float64]
 _Vector = Sequence[float] | npt.NDArray[Any]
 _Pose = npt.ArrayLike | tuple[_Vector, _Vector]
@@ -112,7 +113,7 @@ class Sdf:
         mesh_pose: _Pose | None = None,
         margins: npt.ArrayLike | None = None,
         device: Literal["cpu", "cuda"] = "cpu",
-        kernels: str | os.PathLike[str] | None = None,
+        kernels: _Path | None = None,
         counts: Literal[False] = False,
     ) -> npt.NDArray[np.void]: ...
     @overload
@@ -137,7 +138,7 @@ class Sdf:
         mesh_pose: _Pose | None = None,
         margins: npt.ArrayLike | None = None,
         device: Literal["cpu", "cuda"] = "cpu",
-        kernels: str | os.PathLike[str] | None = None,
+        kernels: _Path | None = None,
         counts: Literal[True],
     ) -> tuple[npt.NDArray[np.void], dict[str, int | None]]: ...
     def cuda_query(
@@ -154,7 +155,7 @@ class Sdf:
         budget: int | None = None,
         tolerance: float = 1e-3,
         threads: int | None = None,
-        kernels: str | os.PathLike[str] | None = None,
+        kernels: _Path | None = None,
     ) -> CudaQuery: ...
     def first_touches(
         self,
@@ -192,10 +193,10 @@ class Sdf:
         rotation: _Vector = ...,
         scale: float = 1.0,
     ) -> Sdf: ...
-    def save(self, path: str | os.PathLike[str]) -> None: ...
+    def save(self, path: _Path) -> None: ...
     def export(
         self,
-        path: str | os.PathLike[str],
+        path: _Path,
         format: _Format | None = None,
         *,
         res: int | None = None,
@@ -330,11 +331,11 @@ def signed_distance(
 def reduce(
     contacts: npt.NDArray[np.void], count: int, *, movement: float, thickness: float = 0.0
 ) -> tuple[npt.NDArray[np.void], float]: ...
-def load(path: str | os.PathLike[str]) -> Sdf: ...
-def clear_leftovers(path: str | os.PathLike[str]) -> None: ...
+def load(path: _Path) -> Sdf: ...
+def clear_leftovers(path: _Path) -> None: ...
 def from_bytes(data: bytes) -> Sdf: ...
 def import_grid(
-    path: str | os.PathLike[str], *, spacing: float | None = None, origin: _Vector | None = None
+    path: _Path, *, spacing: float | None = None, origin: _Vector | None = None
 ) -> Sdf: ...
 def sphere(radius: float) -> Sdf: ...
 def half_space(normal: _Vector = ..., offset: float = 0.0) -> Sdf: ...

@@ -5,7 +5,7 @@ use std::marker::PhantomData;
 use flate2::{Decompress, FlushDecompress, Status};
 
 use super::ReadError;
-use super::chunk_index::{ChunkIndex, Packing, declared_too_large};
+use super::chunk_index::{ChunkIndex, Packing};
 use super::object::Object;
 use super::source::ByteSource;
 use crate::hdf5::element::Element;
@@ -225,8 +225,9 @@ impl Unpacker {
 
 fn zeros<T: Element>(shape: [usize; 3], name: &str) -> Result<Vec<T>, ReadError> {
     let count = shape.iter().product();
+    let too_large = |_| ReadError::OutOfMemory(name.to_owned(), count as u64 * T::BYTES as u64);
     // Tried first, because `vec!` would abort; only `vec!` takes zeroed memory from the system.
-    Vec::<T>::new().try_reserve_exact(count).map_err(|_| declared_too_large(name))?;
+    Vec::<T>::new().try_reserve_exact(count).map_err(too_large)?;
     Ok(vec![T::default(); count])
 }
 
@@ -256,6 +257,20 @@ fn unshuffle<T: Element>(shuffled: &[u8], first: usize, row: &mut [u8]) {
                 let elements = row.chunks_exact_mut(bytes).zip(plane());
                 elements.for_each(|(element, byte)| element[at] = *byte);
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_cannot_be_allocated_is_not_called_damaged() {
+        // 2⁶² bytes: no processor addresses so many, and the count does not overflow.
+        match zeros::<f32>([1 << 20; 3], "bounds") {
+            Err(ReadError::OutOfMemory(name, bytes)) => assert_eq!((&*name, bytes), ("bounds", 1 << 62)),
+            other => panic!("{other:?}"),
         }
     }
 }

@@ -10,6 +10,8 @@ pub(crate) enum ReadError {
     Unexpected(String),
     /// Contradicts itself, the file's length or a checksum.
     Damaged(String),
+    /// So many bytes of this are more than can be allocated.
+    OutOfMemory(String, u64),
 }
 
 impl ReadError {
