@@ -17,7 +17,6 @@ import trimesh
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkIOHDF import vtkHDFReader
 
-# --small takes half of those that are asked for.
 FRAMES = 5
 
 
@@ -51,7 +50,7 @@ def check_frames(sdftool, scene, folder):
     """Every step has the points, the faces and the time of its frame."""
     run, frames = folder / "run.vtkhdf", folder / "frames"
     for output in [run, f"{frames}/"]:
-        simulate(sdftool, scene, "--frames", str(2 * FRAMES), "--small", "--threads", "1", "-o", output)
+        simulate(sdftool, scene, "--frames", str(FRAMES), "--small", "--threads", "1", "-o", output)
     recording = Recording(run)
     assert recording.steps == FRAMES + 1, recording.steps
     seen = []
