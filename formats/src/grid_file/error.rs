@@ -47,7 +47,7 @@ pub enum GridFault {
     /// The file contradicts itself, its length or a checksum.
     #[error("{0}: the file is damaged; bake it again")]
     Damaged(String),
-    /// What the file holds is larger than the memory that can be allocated.
+    /// Contents of the file that are larger than the memory that can be allocated.
     #[error("its {what} needs {bytes} bytes, more than can be allocated")]
     OutOfMemory {
         /// The array.
