@@ -42,8 +42,9 @@ impl DenseGrid {
         if distances.len() != lattice.node_count() || !are_finite(&distances) {
             return None;
         }
-        let Measured { bounds, slope_bound, inside_reaches_box } = Measured::new(lattice, &distances);
-        let error_bound = f64::INFINITY;
+        let Measured { bounds, slope_bound, .. } = Measured::new(lattice, &distances);
+        // Without a bound of the error there is none outside either.
+        let (error_bound, inside_reaches_box) = (f64::INFINITY, false);
         slope_bound.is_finite().then_some(Self { distances, bounds, slope_bound, error_bound, inside_reaches_box })
     }
 }

@@ -161,7 +161,7 @@ impl TriangleMesh {
 
         let points: Vec<Vector3<f64>> = points.iter().map(|point| Vector3::from(*point)).collect();
         let welded = triangles.iter().map(|corners| corners.map(|index| first_at_position[index as usize]));
-        let unique = repeated::removed(&welded.collect::<Vec<_>>(), points.len());
+        let unique = repeated::without_needless(&welded.collect::<Vec<_>>(), points.len());
         let repeated_triangles = triangles.len() - unique.len();
         let has_area = |corners: &[u32; 3]| has_area(corners.map(|index| points[index as usize]));
         let (mut triangles, mut stitches) = (unique, vec![]);

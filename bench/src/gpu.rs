@@ -41,8 +41,8 @@ pub struct GpuOptions {
     /// Only the scenes of these names.
     #[arg(long, value_name = "NAME")]
     pub only: Vec<String>,
-    /// Only queries of these forms: separate, fused, lean, leanseparate, certified.
-    #[arg(long, value_name = "FORM")]
+    /// Only queries of these forms.
+    #[arg(long, value_name = "FORM", value_parser = ["separate", "fused", "lean", "leanseparate", "certified"])]
     pub form: Vec<String>,
     /// How often each time is taken.
     #[arg(long, default_value_t = 100)]

@@ -6,7 +6,7 @@
 
 /// The first of all triangles with the same corners and winding, and the copies that are needed, in their order. Corners are below
 /// `point_count`.
-pub(super) fn removed(triangles: &[[u32; 3]], point_count: usize) -> Vec<[u32; 3]> {
+pub(super) fn without_needless(triangles: &[[u32; 3]], point_count: usize) -> Vec<[u32; 3]> {
     // A counting sort by the lowest corner, which few triangles have in common.
     let mut ends = vec![0_u32; point_count + 1];
     let rotated = || triangles.iter().map(|corners| rotated_to_lowest_first(*corners));
@@ -38,6 +38,9 @@ fn with_needed(triangles: &[[u32; 3]], is_first: &[bool]) -> Vec<bool> {
         .flat_map(|(corners, _)| directed(*corners))
         .map(|(edge, _)| edge)
         .collect();
+    if edges.is_empty() {
+        return is_first.to_vec();
+    }
     edges.sort_unstable();
     edges.dedup();
     // By how much the triangles that use an edge one way are more than those that use it the other way: of all, and of the first ones.

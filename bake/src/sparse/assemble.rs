@@ -158,11 +158,8 @@ impl UnboundedGrid {
                 keep(bound_all(window, batch));
             }
         }
-        let (inside, reaches_box) = (
-            slope_inside(&lattice, &storage, &all_bounds),
-            reaches_box || coarse_inside_reaches_box(&lattice, &storage),
-        );
-        let slope_bound = slope_bound_with_outside(inside, reaches_box);
+        let reaches_box = reaches_box || coarse_inside_reaches_box(&lattice, &storage);
+        let slope_bound = slope_bound_with_outside(slope_inside(&lattice, &storage, &all_bounds), reaches_box);
         // What is inside of a closed mesh lies in the box: a sample there is negative by rounding.
         let inside_reaches_box = reaches_box && !is_continuous;
         let error_bound = errors.iter().copied().fold(0.0, f32::max).into();

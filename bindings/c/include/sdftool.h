@@ -63,7 +63,7 @@ typedef struct SdfOverlapPoint { double point[3], normal[3], distances[2]; } Sdf
 const char *sdf_version(void); SdfBakeOptions sdf_bake_options(void); SdfQuery sdf_query(void);
 
 /* progress may be NULL; else any working thread calls it, one at a time. It must not throw; non-zero ends the bake (SDF_STOPPED). It
- * may call this library: steps that end meanwhile are told by a later call, the last by one whose done is total. */
+ * may call this library: a later call reports the steps that end meanwhile, and the last call has done = total. */
 SdfResult sdf_bake(const double *vertices, size_t vertex_count, const uint32_t *faces, size_t face_count, const SdfBakeOptions *options,
                    int (*progress)(void *user, uint64_t done, uint64_t total), void *user, SdfField **out, SdfError *error);
 SdfResult sdf_load(const char *path, SdfField **out, SdfError *error); /* .sdf.h5 or .sdf.toml; the path in UTF-8 */

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | How do pointers become slices and back? The only `unsafe` code | `border` |
 //! | Which Rust types are the structs of the header? | `types` |
-//! | How does a bake tell its steps? | `progress` |
+//! | How does a bake report its progress? | `progress` |
 //! | What does each function do? | here; of what moves `motion` |
 
 mod border;
@@ -26,7 +26,7 @@ use sdf_field::{
 
 use border::{Callback, Out, guard};
 pub use motion::{sdf_clusters, sdf_clusters_free, sdf_clusters_refit, sdf_first_touches};
-use progress::{Steps, Told};
+use progress::{ProgressFunction, Steps};
 use types::sign_method;
 pub use types::{Failure, SdfBakeOptions, SdfError, SdfField, SdfInfo, SdfOverlapPoint, SdfQuery, SdfResult, SdfTouch};
 
@@ -55,7 +55,7 @@ pub extern "C" fn sdf_bake(
     faces: *const u32,
     face_count: usize,
     options: *const SdfBakeOptions,
-    progress: Option<Told>,
+    progress: Option<ProgressFunction>,
     user: *mut c_void,
     out: *mut *mut SdfField,
     error: *mut SdfError,
@@ -73,11 +73,11 @@ pub extern "C" fn sdf_bake(
     })
 }
 
-fn bake(mesh: MeshView, options: &BakeOptions, progress: Option<Callback<Told>>) -> Result<Field, Failure> {
+fn bake(mesh: MeshView, options: &BakeOptions, progress: Option<Callback<ProgressFunction>>) -> Result<Field, Failure> {
     let steps = Steps::new(progress);
     let baked = Field::bake_cancellable(mesh, options, &|step| steps.count(step), &steps.cancel);
     if baked.is_ok() {
-        steps.tell();
+        steps.report();
     }
     match baked {
         Ok(_) if steps.cancel.load(Ordering::SeqCst) => Err(Failure::new(SdfResult::Stopped, BakeError::Cancelled)),

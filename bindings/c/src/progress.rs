@@ -1,7 +1,8 @@
-//! How does a bake tell its steps? To a function of the caller, one at a time, which may call this library.
+//! How does a bake report its progress? To a function of the caller, which gets one call at a time and may call this library.
 //!
 //! While such a call waits for threads of its own, rayon may have its thread do another part of the bake, whose step must not wait for
-//! the call to end. So no step waits: one that ends during a call is counted, and told with the next. The last is told at the end.
+//! the call to end. So no step waits: one that ends during a call is counted, and the next call reports it. A call at the end reports
+//! the last.
 
 use std::ffi::c_void;
 use std::sync::Mutex;
@@ -12,11 +13,11 @@ use sdf_field::Progress;
 use crate::border::Callback;
 
 /// `progress` of `sdf_bake`: its user, steps done, and all as far as known. Anything but 0 ends the bake.
-pub type Told = extern "C" fn(*mut c_void, u64, u64) -> i32;
+pub type ProgressFunction = extern "C" fn(*mut c_void, u64, u64) -> i32;
 
 /// Steps of a bake.
 pub struct Steps {
-    callback: Option<Callback<Told>>,
+    callback: Option<Callback<ProgressFunction>>,
     done: AtomicU64,
     total: AtomicU64,
     /// Done and total of the last call; locked during a call.
@@ -26,7 +27,7 @@ pub struct Steps {
 }
 
 impl Steps {
-    pub fn new(callback: Option<Callback<Told>>) -> Self {
+    pub fn new(callback: Option<Callback<ProgressFunction>>) -> Self {
         let [done, total] = [AtomicU64::new(0), AtomicU64::new(0)];
         Self { callback, done, total, last: Mutex::new([0; 2]), cancel: AtomicBool::new(false) }
     }
@@ -36,11 +37,11 @@ impl Steps {
             Progress::Total(count) => self.total.fetch_add(count, Ordering::SeqCst),
             Progress::Done(count) => self.done.fetch_add(count, Ordering::SeqCst),
         };
-        self.tell();
+        self.report();
     }
 
-    /// Tells what is done, unless a call is under way, the bake is to end, or that was told.
-    pub fn tell(&self) {
+    /// Reports the counts, unless a call is under way, the bake is to end, or the last call had them.
+    pub fn report(&self) {
         let Some(callback) = &self.callback else { return };
         let Ok(mut last) = self.last.try_lock() else { return };
         // In this order: what is done was in the total before.

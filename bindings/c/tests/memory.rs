@@ -1,4 +1,4 @@
-//! What cannot be allocated is refused: the process lives on.
+//! A grid that cannot be allocated is refused, and the process lives on.
 #![cfg(target_os = "linux")]
 
 use std::ffi::CStr;

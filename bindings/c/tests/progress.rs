@@ -1,4 +1,4 @@
-//! How a bake tells its steps: one at a time, in order, to a function that may call the library itself.
+//! How a bake reports its progress: by one call at a time, in order, to a function that may call the library itself.
 
 use std::ffi::c_void;
 use std::ptr::null_mut;
@@ -22,7 +22,7 @@ fn bake(options: SdfBakeOptions, progress: Option<Progress>, user: *mut c_void) 
     result
 }
 
-/// What was told last, and how often.
+/// Arguments of the last call, and the number of calls.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Told {
     done: u64,

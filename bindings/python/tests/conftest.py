@@ -2,10 +2,43 @@
 
 import json
 import os
+import signal
 import subprocess
+import sys
+import time
 
 import numpy as np
 import pytest
+
+
+LONG_CALL = """
+import signal, sys, time, numpy as np, sdftool
+# A shell's background jobs ignore it.
+signal.signal(signal.SIGINT, signal.default_int_handler)
+sys.path.insert(0, {folder!r})
+from conftest import ball, dented_ball
+{setup}
+print("begins", flush=True)
+try:
+    {call}
+    print("done", time.time(), flush=True)
+except KeyboardInterrupt:
+    print("interrupted", time.time(), flush=True)
+"""
+
+
+def assert_ctrl_c_ends(setup, call):
+    """Ctrl-C ends a call that takes minutes, in a process of its own."""
+    code = LONG_CALL.format(folder=os.path.dirname(__file__), setup=setup, call=call)
+    child = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
+    assert child.stdout.readline() == "begins\n"
+    time.sleep(0.7)
+    sent = time.time()
+    child.send_signal(signal.SIGINT)
+    word, moment = child.stdout.readline().split()
+    # It takes 0.1 s on an idle machine.
+    assert word == "interrupted" and float(moment) - sent < 10
+    assert child.wait(timeout=20) == 0
 
 
 def ball(cells, radius=1.0):

@@ -2,11 +2,8 @@
 
 import copy
 import multiprocessing
-import os
 import pickle
 import signal
-import subprocess
-import sys
 import threading
 import time
 from types import SimpleNamespace
@@ -14,7 +11,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import sdftool
-from conftest import ball, dented_ball, sheet
+from conftest import assert_ctrl_c_ends, ball, dented_ball, sheet
 
 POINTS = np.random.default_rng(4).uniform(-1.3, 1.3, (500, 3))
 
@@ -205,33 +202,9 @@ def test_a_pool_of_forked_processes_takes_pickled_fields(fields, tmp_path):
         assert pool.apply_async(sdftool.load, [tmp_path / "again.sdf.h5"]).get(timeout=60).to_bytes() == grid.to_bytes()
 
 
-LONG_BAKE = """
-import signal, sys, time, numpy as np, sdftool
-# A shell's background jobs ignore it.
-signal.signal(signal.SIGINT, signal.default_int_handler)
-sys.path.insert(0, {folder!r})
-from conftest import dented_ball
-mesh = dented_ball(200)
-print("begins", flush=True)
-try:
-    sdftool.bake(*mesh, res=700, layout={layout!r}, threads=2)
-except KeyboardInterrupt:
-    print("interrupted", time.time(), flush=True)
-"""
-
-
 @pytest.mark.parametrize("layout", ["dense", "sparse"])
 def test_ctrl_c_ends_a_bake(layout):
-    code = LONG_BAKE.format(folder=os.path.dirname(__file__), layout=layout)
-    child = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
-    assert child.stdout.readline() == "begins\n"
-    time.sleep(0.7)
-    sent = time.time()
-    child.send_signal(signal.SIGINT)
-    word, moment = child.stdout.readline().split()
-    # It takes 0.1 s on an idle machine; the bake takes minutes.
-    assert word == "interrupted" and float(moment) - sent < 10
-    assert child.wait(timeout=20) == 0
+    assert_ctrl_c_ends("mesh = dented_ball(200)", f"sdftool.bake(*mesh, res=700, layout={layout!r}, threads=2)")
 
 
 def test_progress_is_told_and_its_exception_ends_the_bake():

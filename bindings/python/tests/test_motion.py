@@ -1,16 +1,11 @@
 """Meshes and fields that move: clusters, poses and margins change no contact, and first touches are at their times."""
 
-import os
 import pathlib
-import signal
-import subprocess
-import sys
-import time
 
 import numpy as np
 import pytest
 import sdftool
-from conftest import ball, dented_ball, sheet
+from conftest import assert_ctrl_c_ends, ball, dented_ball, sheet
 
 SEED = 51
 BODY = sdftool.bake(*dented_ball(12), res=32, padding=8)
@@ -113,36 +108,16 @@ def test_a_touch_that_the_budget_leaves_open_says_up_to_when_nothing_touches():
 
 
 LONG_SEARCH = """
-import signal, sys, time, numpy as np, sdftool
-# A shell's background jobs ignore it.
-signal.signal(signal.SIGINT, signal.default_int_handler)
-sys.path.insert(0, {folder!r})
-from conftest import ball
 vertices, faces = ball(16)
 body = sdftool.bake(vertices, faces, res=32)
 copies = np.concatenate([faces + k * len(vertices) for k in range(1000)])
 end = np.tile(vertices, (1000, 1))
-print("begins", flush=True)
-try:
-    body.first_touches(end + [3, 0, 0], copies, end=end, threads={threads})
-    print("done", time.time(), flush=True)
-except KeyboardInterrupt:
-    print("interrupted", time.time(), flush=True)
 """
 
 
 @pytest.mark.parametrize("threads", [None, 1, 2])
 def test_ctrl_c_ends_a_search_for_first_touches(threads):
-    code = LONG_SEARCH.format(folder=os.path.dirname(__file__), threads=threads)
-    child = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
-    assert child.stdout.readline() == "begins\n"
-    time.sleep(0.7)
-    sent = time.time()
-    child.send_signal(signal.SIGINT)
-    word, moment = child.stdout.readline().split()
-    # It takes 0.1 s on an idle machine; the search takes minutes.
-    assert word == "interrupted" and float(moment) - sent < 10
-    assert child.wait(timeout=20) == 0
+    assert_ctrl_c_ends(LONG_SEARCH, f"body.first_touches(end + [3, 0, 0], copies, end=end, threads={threads})")
 
 
 CLOTH = sheet(4)
