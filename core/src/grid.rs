@@ -50,7 +50,7 @@ pub use lattice::Lattice;
 pub use plain_normals::PlainNormals;
 use slope::lowest_boundary_sample;
 pub use slope::{cell_slope, measure_slope_bound, slope_bound_with_outside};
-pub use storage::Storage;
+pub use storage::{Storage, TEAM_LANES};
 
 use crate::number::interval::Interval;
 use crate::number::{Float, Real};

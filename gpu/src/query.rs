@@ -14,7 +14,7 @@ use sdf_core::contact::Contact;
 use sdf_core::nalgebra::Vector3;
 use sdf_core::placed::{Placement, Rigid};
 
-use crate::abi::{Frame, PoseParams, SURVIVOR_BYTES, SearchParams, counter};
+use crate::abi::{Frame, PoseParams, SURVIVOR_BYTES, SearchParams, TEAM, counter};
 use crate::device::blocks;
 use crate::options::{Method, QueryOptions, Stages, Unsettled};
 use crate::record::contact;
@@ -60,6 +60,7 @@ struct Step {
     frame: Frame,
     /// Knobs, for the kernels that have a method.
     search: Option<SearchParams>,
+    threads: u32,
 }
 
 impl GpuQuery {
@@ -250,7 +251,12 @@ impl GpuQuery {
             unused: 0,
         };
         let step = |name: String, frame, search| match self.gpu.find_kernel(&name)? {
-            Some(kernel) => Ok(Step { kernel, frame, search }),
+            Some(kernel) => {
+                let threads_per_element = if name.ends_with("_certified") { TEAM } else { 1 };
+                let threads = self.mesh.element_count.checked_mul(threads_per_element);
+                let threads = threads.ok_or(GpuError::Unsupported("a certified search of so many elements at once"))?;
+                Ok(Step { kernel, frame, search, threads })
+            }
             None if name.starts_with("lean_") => {
                 Err(GpuError::Unsupported("lean contacts by this method on this field and kind of element"))
             }
@@ -321,7 +327,6 @@ impl GpuQuery {
             Some(pose) => (self.steps.get(stage - 1), pose),
             None => (self.steps.get(stage), PoseParams::default()),
         };
-        let count = blocks(self.mesh.element_count);
         match step {
             Some(step) => {
                 let mut launch = stream.launch_builder(&step.kernel);
@@ -330,14 +335,14 @@ impl GpuQuery {
                     launch.arg(search);
                 }
                 // SAFETY: the frame has the addresses of the mesh's own buffers, which have room for every element.
-                unsafe { launch.launch(count)? };
+                unsafe { launch.launch(blocks(step.threads))? };
             }
             None => {
                 let frame = self.frame();
                 let mut launch = stream.launch_builder(&self.place_contacts);
                 launch.arg(&pose).arg(&frame);
                 // SAFETY: as above.
-                unsafe { launch.launch(count)? };
+                unsafe { launch.launch(blocks(self.mesh.element_count))? };
             }
         }
         Ok(())

@@ -4,6 +4,7 @@
 //! grid.
 
 use super::brick::{brick_counts, brick_slot};
+use super::storage::TEAM_LANES;
 use super::{BlockBounds, CellErrors, JumpLimits, Lattice, Storage};
 use crate::number::Float;
 
@@ -68,6 +69,23 @@ impl<S: Storage, B: AsRef<[BlockBounds]>> Storage for WithBlockBounds<S, B> {
     #[inline(always)]
     fn copy_box(&self, first: [u32; 3], counts: [u32; 3], samples: &mut [f32]) {
         self.storage.copy_box(first, counts, samples);
+    }
+
+    const LANES_OF_THREAD: usize = S::LANES_OF_THREAD;
+
+    #[inline(always)]
+    fn first_lane(&self) -> usize {
+        self.storage.first_lane()
+    }
+
+    #[inline(always)]
+    fn of_lane<T: Copy>(&self, computed: &[T; TEAM_LANES], lane: usize) -> T {
+        self.storage.of_lane(computed, lane)
+    }
+
+    #[inline(always)]
+    fn lanes_where(&self, computed: &[u8; TEAM_LANES]) -> u32 {
+        self.storage.lanes_where(computed)
     }
 
     const HAS_CELL_ERRORS: bool = S::HAS_CELL_ERRORS;

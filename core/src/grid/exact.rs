@@ -43,5 +43,31 @@ mod polynomial;
 pub(super) mod segment;
 pub(super) mod triangle;
 
+use super::Storage;
+use super::storage::TEAM_LANES;
+use crate::number::Float;
+
 /// Number of pieces, cells or cuts computed side by side: the f64 in the widest vectors.
-const LANES: usize = 8;
+const LANES: usize = TEAM_LANES;
+
+/// [`Storage::corners_in_lanes`] of the lanes that this thread computes.
+#[inline(always)]
+fn corners_of_thread<S: Storage, R: Float>(storage: &S, cells: [[R; LANES]; 3]) -> [[R; LANES]; 8] {
+    if S::LANES_OF_THREAD == LANES {
+        return storage.corners_in_lanes(cells);
+    }
+    let mut samples = [[R::zero(); LANES]; 8];
+    for lane in 0..S::LANES_OF_THREAD {
+        let corners = storage.corners(cells.map(|axis| axis[lane].to_index()));
+        for corner in 0..8 {
+            samples[corner][lane] = R::from_stored(corners[corner]);
+        }
+    }
+    samples
+}
+
+/// What all lanes have computed, in order.
+#[inline(always)]
+fn of_all_lanes<S: Storage, T: Copy>(storage: &S, computed: &[T; LANES]) -> [T; LANES] {
+    core::array::from_fn(|lane| storage.of_lane(computed, lane))
+}

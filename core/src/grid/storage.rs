@@ -3,6 +3,9 @@
 use super::{BlockBounds, CellErrors, JumpLimits};
 use crate::number::Float;
 
+/// Lanes of a loop that a team of threads shares: see [`Storage::LANES_OF_THREAD`].
+pub const TEAM_LANES: usize = 8;
+
 /// Access to a grid's samples.
 pub trait Storage {
     /// Samples at the eight corners of a cell, x fastest: 000, 100, 010, 110, 001, 101, 011, 111. The cell's indices
@@ -43,6 +46,29 @@ pub trait Storage {
     #[inline(always)]
     fn copy_box(&self, first: [u32; 3], counts: [u32; 3], samples: &mut [f32]) {
         copy_rows(self, first, counts, samples);
+    }
+
+    /// How many of eight lanes does this thread compute? The exact minimum on a triangle takes eight cells or lines at a time. One thread
+    /// computes all of them. On a card eight threads run the same search and compute a lane each, at index 0 of their arrays;
+    /// then every thread reads from the others what it needs, by [`of_lane`](Self::of_lane). So all of them go the same way.
+    const LANES_OF_THREAD: usize = TEAM_LANES;
+
+    /// The first of the lanes that this thread computes.
+    #[inline(always)]
+    fn first_lane(&self) -> usize {
+        0
+    }
+
+    /// The value of one of the eight lanes, of those that each thread computed. All threads of the team ask at once, each for any lane.
+    #[inline(always)]
+    fn of_lane<T: Copy>(&self, computed: &[T; TEAM_LANES], lane: usize) -> T {
+        computed[lane % TEAM_LANES]
+    }
+
+    /// Bit k: is that of lane k not zero?
+    #[inline(always)]
+    fn lanes_where(&self, computed: &[u8; TEAM_LANES]) -> u32 {
+        (0..TEAM_LANES).fold(0, |bits, lane| bits | u32::from(computed[lane] != 0).wrapping_shl(lane as u32))
     }
 
     /// See [`EnclosedSdf::SLOPES_TAKE_LONG`](crate::EnclosedSdf::SLOPES_TAKE_LONG).
@@ -113,6 +139,23 @@ impl<S: Storage> Storage for &S {
     #[inline(always)]
     fn copy_box(&self, first: [u32; 3], counts: [u32; 3], samples: &mut [f32]) {
         (**self).copy_box(first, counts, samples);
+    }
+
+    const LANES_OF_THREAD: usize = S::LANES_OF_THREAD;
+
+    #[inline(always)]
+    fn first_lane(&self) -> usize {
+        (**self).first_lane()
+    }
+
+    #[inline(always)]
+    fn of_lane<T: Copy>(&self, computed: &[T; TEAM_LANES], lane: usize) -> T {
+        (**self).of_lane(computed, lane)
+    }
+
+    #[inline(always)]
+    fn lanes_where(&self, computed: &[u8; TEAM_LANES]) -> u32 {
+        (**self).lanes_where(computed)
     }
 
     const SLOPES_TAKE_LONG: bool = S::SLOPES_TAKE_LONG;

@@ -8,7 +8,7 @@ use sdf_core::grid::BlockBounds;
 use sdf_core::grid::sparse::Scale;
 use sdf_core::minimize::{Certified, FrankWolfe, GoldenSection, Newton, PointSampling, ProjectedGradient};
 
-use crate::abi::{FieldBlob, Frame, GridParams, PoseParams, SearchParams, ShapeParams, VERSION};
+use crate::abi::{FieldBlob, Frame, GridParams, PoseParams, SearchParams, ShapeParams, TEAM, VERSION};
 use crate::fields::{self, DenseGrid, Part, Shapes, SparseGrid};
 use crate::stages;
 
@@ -214,8 +214,15 @@ method! { SEARCH, search:
     search_vertices_shapes_point_sampling, Shapes, 1, point_sampling;
 }
 
-method! { CERTIFY, certify:
-    search_faces_dense_certified, DenseGrid, 3, certified;
+kernels! { CERTIFY:
+    /// A certified search by teams of threads.
+    fn search_faces_dense_certified(field: FieldBlob, frame: Frame, search: SearchParams) {
+        if stages::is_at_work::<{ TEAM as usize }>(&frame) {
+            // The search takes the field's address: here, so that only threads at work have it on their stack.
+            let field = field;
+            stages::certify::<DenseGrid, _, 3>(fields::load(&field), &certified(&search), &frame)
+        }
+    }
 }
 
 stage! { REPORT, report:

@@ -1,4 +1,4 @@
-//! Kernels for NVIDIA GPUs: the functions of `sdf-core` and nothing beside them, one thread per element.
+//! Kernels for NVIDIA GPUs: the functions of `sdf-core` and nothing beside them, one thread per element, or a team.
 //!
 //! | file | holds |
 //! |---|---|
@@ -11,7 +11,8 @@
 //! the CPU, too: `gpu/stub` runs them there.
 
 #![no_std]
-#![feature(abi_ptx, asm_experimental_arch, stdarch_nvptx)]
+#![feature(abi_ptx, asm_experimental_arch, link_llvm_intrinsics, stdarch_nvptx)]
+#![allow(internal_features, reason = "no other way to a shuffle")]
 
 #[path = "../../src/abi.rs"]
 mod abi;

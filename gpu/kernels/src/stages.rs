@@ -1,4 +1,4 @@
-//! The three stages of a query, one thread per element: cull, search, report.
+//! The three stages of a query, one thread per element or a team of them: cull, search, report.
 //!
 //! Each stage is a function of `sdf_core::contact`, so that a contact is that of `contact::contact::<f32, …>` bit for bit. Between
 //! the stages the elements that are left move together, so that no thread of a warp waits for one without work:
@@ -30,7 +30,7 @@ use sdf_core::minimize::{Minimizer, Minimum};
 use sdf_core::nalgebra::Vector3;
 use sdf_core::{EnclosedSdf, Simplex};
 
-use crate::abi::{ContactRecord, Frame, HIT_BYTES, PoseParams, SURVIVOR_BYTES, counter};
+use crate::abi::{ContactRecord, Frame, HIT_BYTES, PoseParams, SURVIVOR_BYTES, TEAM, counter};
 
 /// An element that the cull leaves, and a lower bound of φ on it.
 #[repr(C)]
@@ -141,22 +141,35 @@ unsafe fn keep_survivor<const N: usize>(frame: &Frame, element: u32, bound: Resu
 #[inline(always)]
 pub unsafe fn search<F: EnclosedSdf, M: Minimizer<N>, const N: usize>(field: &F, method: &M, frame: &Frame) {
     // SAFETY: the caller's.
-    unsafe { search_and_list(field, method, frame, (counter::UNSETTLED, frame.unsettled != 0), is_settled) }
+    unsafe {
+        search_and_list::<_, _, N, 1>(field, method, frame, (counter::UNSETTLED, frame.unsettled != 0), is_settled)
+    }
 }
 
 /// A search whose answers are certified: it leaves open what its budget did not suffice for, and counts that also where there is no list
-/// and the answers are kept.
+/// and the answers are kept. A team of threads has one element: see `Storage::LANES_OF_THREAD`. On the CPU its first thread does all.
 ///
 /// # Safety
 /// As [`search`].
 #[inline(always)]
 pub unsafe fn certify<F: EnclosedSdf, M: Minimizer<N>, const N: usize>(field: &F, method: &M, frame: &Frame) {
     // SAFETY: the caller's.
-    unsafe { search_and_list(field, method, frame, (counter::OPEN, true), is_certified) }
+    unsafe { search_and_list::<_, _, N, { TEAM as usize }>(field, method, frame, (counter::OPEN, true), is_certified) }
+}
+
+/// Is there a survivor for this thread and the others of its team? On the CPU the first of them does all the work.
+///
+/// # Safety
+/// As [`search`].
+#[inline(always)]
+pub unsafe fn is_at_work<const THREADS: usize>(frame: &Frame) -> bool {
+    // SAFETY: the caller's.
+    let count = unsafe { read(frame, frame.survivor_counter) };
+    thread() / THREADS < count && (cfg!(target_arch = "nvptx64") || thread().is_multiple_of(THREADS))
 }
 
 #[inline(always)]
-unsafe fn search_and_list<F: EnclosedSdf, M: Minimizer<N>, const N: usize>(
+unsafe fn search_and_list<F: EnclosedSdf, M: Minimizer<N>, const N: usize, const THREADS: usize>(
     field: &F,
     method: &M,
     frame: &Frame,
@@ -165,15 +178,17 @@ unsafe fn search_and_list<F: EnclosedSdf, M: Minimizer<N>, const N: usize>(
 ) {
     // SAFETY: as many survivors were written as are counted; each appends at most once.
     unsafe {
-        let index = thread();
-        if index >= read(frame, frame.survivor_counter) {
+        if !is_at_work::<THREADS>(frame) {
             return;
         }
-        let survivor = *(frame.survivors as *const Survivor).add(index);
+        let survivor = *(frame.survivors as *const Survivor).add(thread() / THREADS);
         let element = element::<N>(frame, survivor.element);
         let minimum = method.minimize_below(field, &element.simplex, frame.margin);
+        if !thread_again().is_multiple_of(THREADS) {
+            return;
+        }
         // Kept through the search, survivor and index would take three of its registers.
-        let survivor = (frame.survivors as *const Survivor).add(thread_again()).read_volatile();
+        let survivor = (frame.survivors as *const Survivor).add(thread_again() / THREADS).read_volatile();
         if counts && !is_settled(&minimum, frame.margin) {
             let slot = count_one(frame, counter);
             if frame.unsettled != 0 {

@@ -128,6 +128,40 @@ fn a_number_is_split_into_halves_and_made_of_them() {
     assert_eq!(sums, run(SUMS, 129).0);
 }
 
+/// In eights, the sum of the fourth thread, and a bit for each whose number is even. Threads of even numbers come by a detour, which lies
+/// behind the shuffle.
+const IN_EIGHTS: &str = "@%p3 bra 	$L__BB0_7;
+$L__BB0_6:
+	and.b32 	%r20, %r4, 24;
+	shl.b32 	%r21, 255, %r20;
+	cvt.u32.u64 	%r22, %rd8;
+	shfl.sync.idx.b32 	%r23, %r22, 3, 6175, %r21;
+	vote.sync.ballot.b32 	%r24, %p3, %r21;
+	mov.b64 	%rd8, {%r23, %r24};
+	st.global.b64 	[%rd7], %rd8;
+	ret;
+$L__BB0_7:
+	add.s64 	%rd8, %rd8, 1;
+	bra.uni 	$L__BB0_6;";
+
+#[test]
+fn threads_that_shuffle_wait_for_each_other() {
+    let store = "st.global.b64 	[%rd7], %rd8;";
+    let (sums, _) = run(&changed(store, IN_EIGHTS), 128);
+    for (number, sum) in (0..128_u64).zip(sums) {
+        let (eight, fourth) = (number / 8 * 8, number / 8 * 8 + 3);
+        let expected = (fourth * (fourth + 1) / 2).pow(2);
+        let bits = 0b0101_0101 << (eight % 32);
+        assert_eq!([sum & 0xffff_ffff, sum >> 32], [expected, bits], "{number}");
+    }
+}
+
+#[test]
+#[should_panic(expected = "threads wait at a shuffle for others that have ended")]
+fn a_shuffle_without_some_of_its_threads_is_refused() {
+    run(&changed("st.global.b64 	[%rd7], %rd8;", IN_EIGHTS), 127);
+}
+
 #[test]
 fn operations_are_those_of_the_manual() {
     let run =

@@ -38,18 +38,19 @@ mod interior_minimum;
 mod line_parts;
 mod separating_planes;
 mod stationary;
+mod team_list;
 
-use cells::{Cells, DirectionalBoundsLanes};
+use cells::{CELL_ROOM, Cells, DirectionalBoundsLanes};
 use corners_and_edges::MinimumPlaces;
-use descent_table::DescentTable;
+use descent_table::{DescentTable, TABLE_ROOM};
 use directions::{DirectionalBounds, Directions};
 use grid_triangle::GridTriangle;
 use line_parts::LineParts;
 use nalgebra::Vector3;
 use separating_planes::SeparatingPlanes;
 
-use super::LANES;
 use super::polynomial::Polynomial;
+use super::{LANES, corners_of_thread, of_all_lanes};
 use crate::grid::node_box::NodeBox;
 use crate::grid::{Grid, Storage};
 use crate::number::{Float, Real};
@@ -100,13 +101,32 @@ impl<S: Storage> Grid<S> {
         storage: &T,
         triangle: &GridTriangle<R>,
         corners: [Vector3<R>; 3],
+        goal: Goal<R>,
+    ) -> Option<ExactMinimum<R, 3>> {
+        const {
+            assert!(T::LANES_OF_THREAD == LANES || T::LANES_OF_THREAD == 1);
+        }
+        if T::LANES_OF_THREAD == LANES {
+            self.search_in_room::<R, T, CELL_ROOM, TABLE_ROOM>(storage, triangle, corners, goal)
+        } else {
+            self.search_in_room::<R, T, { CELL_ROOM / LANES }, { TABLE_ROOM / LANES }>(storage, triangle, corners, goal)
+        }
+    }
+
+    /// The search, in a thread's share of the lists of its team.
+    #[inline(always)]
+    fn search_in_room<R: Float, T: Storage, const CELLS: usize, const TABLE: usize>(
+        &self,
+        storage: &T,
+        triangle: &GridTriangle<R>,
+        corners: [Vector3<R>; 3],
         Goal { level, gap }: Goal<R>,
     ) -> Option<ExactMinimum<R, 3>> {
         let points = self.centroid_and_corners(storage, &triangle.corners);
         // Collected here, while the samples come from memory, and long before they are loaded as vectors: numbers
         // just stored one by one stall a vector load.
-        let mut cells = Cells::new(triangle);
-        cells.collect(triangle);
+        let mut cells = Cells::<CELLS>::new(triangle);
+        cells.collect(storage, triangle);
         let (values, gradient) = points.values();
         let (value, corner_values) = (values[0], [values[1], values[2], values[3]]);
         let rounding = self.triangle_rounding(&corners, value);
@@ -120,7 +140,15 @@ impl<S: Storage> Grid<S> {
         if lower_bound <= level {
             corners_and_edges::minimize_on_corners(&bounds, corner_values, &mut lowest);
             let places = MinimumPlaces::on_triangle(&bounds, corner_values, lowest.value);
-            deficit = minimize_in_cells(storage, triangle, &cells, &directions, &places, gap, &mut lowest)?;
+            deficit = minimize_in_cells::<R, T, CELLS, TABLE>(
+                storage,
+                triangle,
+                &cells,
+                &directions,
+                &places,
+                gap,
+                &mut lowest,
+            )?;
         }
         let LowestPoint { weights, value, evaluations } = lowest;
         let lower_bound =
@@ -158,9 +186,9 @@ impl<S: Storage> Grid<S> {
 
 /// Intervals of ∇φ·d over all cells. `None` if a sample is not finite.
 #[inline(always)]
-fn directional_bounds<S: Storage>(
+fn directional_bounds<S: Storage, const CELLS: usize>(
     storage: &S,
-    cells: &mut Cells,
+    cells: &mut Cells<CELLS>,
     directions: &Directions<f32>,
 ) -> Option<DirectionalBounds<f32>> {
     let mut bounds = DirectionalBoundsLanes::empty();
@@ -169,23 +197,23 @@ fn directional_bounds<S: Storage>(
         cells.bound_directions(storage, directions, from, &mut bounds);
         from = from.saturating_add(LANES);
     }
-    bounds.merge()
+    bounds.merge(storage)
 }
 
 /// Lowers `lowest` to the minima in these cells. Returns the deficit; `None` if a value is not finite.
 #[inline(always)]
-fn minimize_in_cells<R: Float, S: Storage>(
+fn minimize_in_cells<R: Float, S: Storage, const CELLS: usize, const TABLE: usize>(
     storage: &S,
     triangle: &GridTriangle<R>,
-    cells: &Cells,
+    cells: &Cells<CELLS>,
     directions: &Directions<R>,
     &MinimumPlaces { feasible, has_interior }: &MinimumPlaces,
     gap: R,
     lowest: &mut LowestPoint<R>,
 ) -> Option<R> {
     if has_interior || feasible != [0; 3] {
-        let mut table = DescentTable::new(triangle);
-        table.fill(triangle, cells, feasible, has_interior);
+        let mut table = DescentTable::<TABLE>::new(triangle);
+        table.fill(storage, triangle, cells, feasible, has_interior);
         minimize_on_parts(storage, triangle, &table, lowest)?;
     }
     Some(if has_interior { minimize_interiors(storage, triangle, cells, directions, gap, lowest) } else { R::zero() })
@@ -193,14 +221,14 @@ fn minimize_in_cells<R: Float, S: Storage>(
 
 /// Lowers `lowest` to the minima on those parts of edges and creases that may hold one. `None` if a value is not finite.
 #[inline(always)]
-fn minimize_on_parts<R: Float, S: Storage>(
+fn minimize_on_parts<R: Float, S: Storage, const TABLE: usize>(
     storage: &S,
     triangle: &GridTriangle<R>,
-    table: &DescentTable,
+    table: &DescentTable<TABLE>,
     lowest: &mut LowestPoint<R>,
 ) -> Option<()> {
-    let (mut parts, mut to_search) = (LineParts::new(), table.parts());
-    while parts.fill(triangle, &mut to_search) {
+    let (mut parts, mut to_search) = (LineParts::new(), table.parts(storage));
+    while parts.fill(storage, triangle, &mut to_search) {
         parts.minimize(triangle, storage, lowest)?;
     }
     Some(())
@@ -208,10 +236,10 @@ fn minimize_on_parts<R: Float, S: Storage>(
 
 /// Lowers `lowest` to the minima inside the polygons. Returns the deficit.
 #[inline(never)]
-fn minimize_interiors<R: Float, S: Storage>(
+fn minimize_interiors<R: Float, S: Storage, const CELLS: usize>(
     storage: &S,
     triangle: &GridTriangle<R>,
-    cells: &Cells,
+    cells: &Cells<CELLS>,
     directions: &Directions<R>,
     gap: R,
     lowest: &mut LowestPoint<R>,

@@ -59,6 +59,7 @@ pub fn cost(operation: &str) -> Cost {
         ("cvt", _) if parts[1].starts_with(['u', 's']) && type_.starts_with(['u', 's']) => (0, Integer, 0, 0),
         ("ld" | "st", _) if parts[1] == "param" => (1, Integer, 2, 8),
         ("ld" | "st" | "atom", _) => (1, Memory, 4, 4),
+        ("shfl" | "vote", _) => (1, Memory, 4, 24),
         ("div", "f32") => (10, F32, 10, 48),
         ("sqrt", "f32") => (9, F32, 9, 44),
         ("rcp", "f32") => (7, F32, 7, 36),

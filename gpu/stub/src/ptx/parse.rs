@@ -34,6 +34,10 @@ pub enum Action {
         bytes: usize,
     },
     AtomicAdd,
+    /// The value of another thread of the warp (`shfl.sync.idx`).
+    Shuffle,
+    /// A bit of each of some threads (`vote.sync.ballot`).
+    Ballot,
     /// The halves of a number, of so many bits each.
     Split(u32),
     Branch(usize),
@@ -333,6 +337,14 @@ impl Parser {
         } else if operation.starts_with("call") {
             self.call(rest, &mut instruction);
         } else if matches!(operation, "ret" | "exit" | "trap") {
+        } else if operation == "shfl.sync.idx.b32" {
+            instruction.action = Action::Shuffle;
+            instruction.results = vec![self.register(words[0])];
+            instruction.operands = [1, 2, 3, 4].map(|k| self.operand(words[k]));
+        } else if operation == "vote.sync.ballot.b32" {
+            instruction.action = Action::Ballot;
+            instruction.results = vec![self.register(words[0])];
+            (instruction.operands[0], instruction.operands[3]) = (self.operand(words[1]), self.operand(words[2]));
         } else if operation.starts_with("mov.b") && rest.starts_with('{') {
             instruction.action = Action::Split(if operation == "mov.b64" { 32 } else { 16 });
             instruction.results = words[..2].iter().map(|word| self.register(word)).collect();

@@ -60,15 +60,29 @@ struct Threads {
     calls: [Vec<usize>; LANES],
     next: [usize; LANES],
     live: u32,
+    /// Those at a shuffle that others have not reached.
+    waiting: u32,
 }
 
 impl Threads {
     /// The threads that run next, and their instruction.
     fn group(&self) -> Option<(u32, usize)> {
         let key = |lane: &usize| (std::cmp::Reverse(self.calls[*lane].len()), self.next[*lane]);
-        let first = (0..LANES).filter(|lane| self.live >> lane & 1 == 1).min_by_key(key)?;
-        let is_with = |lane: &usize| self.live >> lane & 1 == 1 && key(lane) == key(&first);
-        Some(((0..LANES).filter(is_with).fold(0, |mask, lane| mask | 1 << lane), self.next[first]))
+        let first = lanes(self.live & !self.waiting).min_by_key(key);
+        assert!(first.is_some() || self.live == 0, "threads wait at a shuffle for others that have ended");
+        let first = first?;
+        let group = lanes(self.live & !self.waiting).filter(|lane| key(lane) == key(&first));
+        Some((group.fold(0, |mask, lane| mask | 1 << lane), self.next[first]))
+    }
+
+    /// Those of a group that shuffle now: they and all whom they wait for are here. The others wait.
+    fn shuffled(&mut self, group: u32, at: usize, threads_of: impl Fn(usize) -> u32) -> u32 {
+        lanes(group).for_each(|lane| self.next[lane] = at);
+        let is_here = |lane: &usize| self.next[*lane] == at;
+        let here = lanes(group | self.waiting).filter(is_here).fold(0, |mask, lane| mask | 1 << lane);
+        let complete = lanes(here).filter(|lane| threads_of(*lane) & !here == 0).fold(0, |mask, lane| mask | 1 << lane);
+        self.waiting = (self.waiting | here) & !complete;
+        complete
     }
 }
 
@@ -135,6 +149,7 @@ impl Warp {
             calls: [const { vec![] }; LANES],
             next: [start; LANES],
             live: u32::MAX >> (LANES - place.active),
+            waiting: 0,
         };
         while let Some((group, mut at)) = threads.group() {
             let (mut block, mut issued) = (self.clock, 0);
@@ -163,6 +178,17 @@ impl Warp {
                             self.set(instruction.results[1], lane, number >> bits & ((1 << bits) - 1));
                         }
                         0
+                    }
+                    Action::Shuffle | Action::Ballot => {
+                        let here = threads.shuffled(mask, at, |lane| self.value(instruction.operands[3], lane) as u32);
+                        self.shuffle(instruction, here);
+                        if here != group {
+                            lanes(here).for_each(|lane| threads.next[lane] = at + 1);
+                            instruction.results.iter().for_each(|result| self.ready[*result as usize] = when);
+                            self.clock = when.max(block + issued) + u64::from(cost.latency);
+                            break;
+                        }
+                        u64::from(cost.latency)
                     }
                     Action::Load { .. } | Action::Store { .. } | Action::AtomicAdd => {
                         // SAFETY: the caller's.
@@ -214,6 +240,23 @@ impl Warp {
             let result = function(self.value(a, lane), self.value(b, lane), self.value(c, lane));
             self.set(instruction.results[0], lane, result);
         }
+    }
+
+    /// Gives each of these threads the value of another of them, or a bit of each.
+    fn shuffle(&mut self, instruction: &Instruction, threads: u32) {
+        let [own, from, segment, asked] = instruction.operands;
+        let bits = lanes(threads).fold(0, |bits, lane| bits | (self.value(own, lane) & 1) << lane);
+        let given = |lane: usize| {
+            if let Action::Ballot = instruction.action {
+                return bits & self.value(asked, lane);
+            }
+            let (segment, from) = (self.value(segment, lane) as usize, self.value(from, lane) as usize);
+            let source = lane & (segment >> 8) | from & !(segment >> 8) & segment & (LANES - 1);
+            assert!(threads >> source & 1 == 1, "a shuffle reads a thread that is not there");
+            self.value(own, source)
+        };
+        let values: Vec<(usize, u64)> = lanes(threads).map(|lane| (lane, given(lane))).collect();
+        values.into_iter().for_each(|(lane, value)| self.set(instruction.results[0], lane, value));
     }
 
     /// Moves a thread to where the instruction leads it.

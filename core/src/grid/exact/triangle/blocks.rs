@@ -8,8 +8,9 @@
 
 use nalgebra::Vector3;
 
-use super::cells::Cells;
+use super::cells::{CELL_ROOM, Cells};
 use super::corners_and_edges::MinimumPlaces;
+use super::descent_table::TABLE_ROOM;
 use super::directions::{DirectionalBounds, Directions};
 use super::grid_triangle::GridTriangle;
 use super::separating_planes::SeparatingPlanes;
@@ -110,7 +111,7 @@ impl<R: Float> BlockSearch<R> {
         if !nodes.is_finite() {
             return None;
         }
-        let mut cells = Cells::new(block);
+        let mut cells = Cells::<CELL_ROOM>::new(block);
         let above = cells.collect_low(block, &nodes, ceiling);
         self.above = Real::min(self.above, R::from_stored(above));
         if cells.count == 0 {
@@ -119,7 +120,8 @@ impl<R: Float> BlockSearch<R> {
         let bounds = DirectionalBounds::from_single(directional_bounds(&nodes, &mut cells, &self.single)?);
         let places = MinimumPlaces::in_cells::<R>(&bounds);
         let Self { directions, goal, lowest, .. } = self;
-        let deficit = minimize_in_cells(&nodes, block, &cells, directions, &places, goal.gap, lowest)?;
+        let deficit =
+            minimize_in_cells::<_, _, _, TABLE_ROOM>(&nodes, block, &cells, directions, &places, goal.gap, lowest)?;
         self.deficit = Real::max(self.deficit, deficit);
         Some(())
     }

@@ -8,35 +8,38 @@
 //! Samples are in single precision, and bounds of differences need no more: they are computed in f32 and widened by its
 //! rounding. Whatever is evaluated is evaluated in the caller's numbers.
 
+use core::array::from_fn;
+
 use nalgebra::Vector3;
 
-use super::LANES;
 use super::cell::Cell;
 use super::cell_range::CellRange;
 use super::directions::{DirectionalBounds, Directions};
 use super::grid_triangle::{GridTriangle, MAX_CELLS};
 use super::in_lane;
 use super::separating_planes::SeparatingPlanes;
+use super::team_list::TeamList;
+use super::{LANES, corners_of_thread, of_all_lanes};
 use crate::grid::Storage;
 use crate::grid::exact::polynomial::Polynomial;
 use crate::grid::node_box::NodeBox;
 use crate::number::{Float, Real};
 
 /// Room for the cells of a triangle's box, and for full lanes after the last.
-const ROOM: usize = MAX_CELLS as usize + LANES;
+pub(super) const CELL_ROOM: usize = MAX_CELLS as usize + LANES;
 
 /// Larger than all numbers of cells.
 const EDGE: u16 = 1024;
 
 /// The cells that a triangle meets.
-pub(super) struct Cells {
+pub(super) struct Cells<const ROOM: usize> {
     range: CellRange<f32>,
     /// Numbers of the cells in `range`, plus [`EDGE`] times the edges whose planes they meet, as
     /// [`SeparatingPlanes::overlap_and_edges`] has them. From `count` on, the first is repeated to fill all lanes.
-    numbers: [u16; ROOM],
+    numbers: TeamList<u16, ROOM>,
     /// For each of them: the directions along which φ falls everywhere in the cell. Bit k for direction k, bit 4 + k for
     /// its opposite.
-    descents: [u8; ROOM],
+    descents: TeamList<u8, ROOM>,
     pub count: usize,
 }
 
@@ -55,20 +58,20 @@ pub(super) struct MetCell {
 const ALONG: [f32; 4] = [1.0, 2.0, 4.0, 8.0];
 const AGAINST: [f32; 4] = [16.0, 32.0, 64.0, 128.0];
 
-impl Cells {
+impl<const ROOM: usize> Cells<ROOM> {
     /// An empty list.
     #[inline(always)]
     pub fn new<R: Float>(triangle: &GridTriangle<R>) -> Self {
         let range = CellRange::new(triangle);
-        Self { range, numbers: [0; ROOM], descents: [0; ROOM], count: 0 }
+        Self { range, numbers: TeamList::new(0), descents: TeamList::new(0), count: 0 }
     }
 
     /// Fills the list with the cells that `triangle` meets. It must be the one passed to [`new`](Self::new).
     #[inline(always)]
-    pub fn collect<R: Float>(&mut self, triangle: &GridTriangle<R>) {
-        self.collect_met(triangle, self.range.count, |_, from| {
+    pub fn collect<R: Float, S: Storage>(&mut self, storage: &S, triangle: &GridTriangle<R>) {
+        self.collect_met(storage, triangle, self.range.count, |_, from| {
             let mut numbers = [0.0; LANES];
-            for lane in 0..LANES {
+            for lane in 0..S::LANES_OF_THREAD {
                 numbers[lane] = from as u32 as f32 + lane as f32;
             }
             numbers
@@ -92,19 +95,17 @@ impl Cells {
             }
             if any != 0 {
                 for lane in 0..LANES {
-                    if let Some(slot) = self.numbers.get_mut(count) {
-                        *slot = first.wrapping_add(lane as u16);
-                    }
+                    self.numbers.set(nodes, count, first.wrapping_add(lane as u16));
                     count = count.wrapping_add(usize::from(lowest[lane] < ceiling && (lane as u32) < x));
                 }
             }
             first = first.wrapping_add(x as u16);
         }
         if count > 0 {
-            self.collect_met(triangle, count, |list, from| {
+            self.collect_met(nodes, triangle, count, |list, from| {
                 let mut numbers = [0.0; LANES];
-                let entries = list.get(from..).and_then(<[u16]>::first_chunk::<LANES>).unwrap_or(&[0; LANES]);
-                for lane in 0..LANES {
+                let entries = list.own_lanes::<NodeBox>(from).unwrap_or([0; LANES]);
+                for lane in 0..NodeBox::LANES_OF_THREAD {
                     numbers[lane] = f32::from(entries[lane]);
                 }
                 numbers
@@ -113,14 +114,15 @@ impl Cells {
         above.into_iter().fold(f32::INFINITY, Real::min)
     }
 
-    /// Fills the list with those of `total` cells that `triangle` meets. `get` returns the numbers of eight from a position on, and may
-    /// read the list from there on.
+    /// Fills the list with those of `total` cells that `triangle` meets. `get` returns the numbers from a position on for each lane of
+    /// this thread, and may read the list from there on.
     #[inline(always)]
-    fn collect_met<R: Float>(
+    fn collect_met<R: Float, S: Storage>(
         &mut self,
+        storage: &S,
         triangle: &GridTriangle<R>,
         total: usize,
-        get: impl Fn(&[u16; ROOM], usize) -> [f32; LANES],
+        get: impl Fn(&TeamList<u16, ROOM>, usize) -> [f32; LANES],
     ) {
         let planes = SeparatingPlanes::new(triangle).to_single(R::from_f64(f64::from(triangle.extent)));
         let Self { range, numbers, .. } = self;
@@ -128,9 +130,10 @@ impl Cells {
         let mut from = 0;
         while from < total {
             let (mut is_met, mut entries) = ([0_u8; LANES], [0_u16; LANES]);
-            let some = get(numbers, from);
-            let left = total.saturating_sub(from) as u32 as f32;
-            for lane in 0..LANES {
+            let of_thread = from.wrapping_add(storage.first_lane());
+            let some = get(numbers, of_thread);
+            let left = total.saturating_sub(of_thread) as u32 as f32;
+            for lane in 0..S::LANES_OF_THREAD {
                 let number = some[lane];
                 let part = range.clip(number);
                 let center = Vector3::new(
@@ -142,18 +145,11 @@ impl Cells {
                 entries[lane] = (number + edges * f32::from(EDGE)).to_index() as u16;
                 is_met[lane] = u8::from((0.0 <= overlap) & ((lane as f32) < left));
             }
-            // Every number is written, but kept only if met: no branch on unpredictable data.
-            for lane in 0..LANES {
-                if let Some(slot) = numbers.get_mut(count) {
-                    *slot = entries[lane];
-                }
-                count = count.wrapping_add(usize::from(is_met[lane]));
-            }
+            count = numbers.append(storage, count, &entries, &is_met);
             from = from.saturating_add(LANES);
         }
-        let first = numbers[0];
-        if let Some(padding) = numbers.get_mut(count..).and_then(<[u16]>::first_chunk_mut::<LANES>) {
-            *padding = [first; LANES];
+        if let Some(first) = numbers.own_lanes::<S>(0) {
+            numbers.fill(storage, count, storage.of_lane(&first, 0));
         }
         self.count = count;
     }
@@ -167,21 +163,19 @@ impl Cells {
         from: usize,
         bounds: &mut DirectionalBoundsLanes,
     ) {
-        let Some(numbers) = self.numbers.get(from..).and_then(<[u16]>::first_chunk::<LANES>) else { return };
-        let numbers = *numbers;
-        let mut places = [0.0_f32; LANES];
-        for lane in 0..LANES {
-            places[lane] = f32::from(numbers[lane] % EDGE);
+        let Some(entries) = self.numbers.own_lanes::<S>(from) else { return };
+        let mut numbers = [0.0_f32; LANES];
+        for lane in 0..S::LANES_OF_THREAD {
+            numbers[lane] = f32::from(entries[lane] % EDGE);
         }
-        let numbers = places;
         let mut cells = [[0.0_f32; LANES]; 3];
-        for lane in 0..LANES {
+        for lane in 0..S::LANES_OF_THREAD {
             let cell = self.range.clip(numbers[lane]).origin;
             (cells[0][lane], cells[1][lane], cells[2][lane]) = (cell[0], cell[1], cell[2]);
         }
-        let samples = storage.corners_in_lanes(cells);
+        let samples = corners_of_thread(storage, cells);
         let mut descents = [0.0_f32; LANES];
-        for lane in 0..LANES {
+        for lane in 0..S::LANES_OF_THREAD {
             let part = self.range.clip(numbers[lane]);
             let polynomial = Polynomial::new(in_lane(&samples, lane));
             let cell = part.with_polynomial(polynomial);
@@ -197,21 +191,18 @@ impl Cells {
             descents[lane] = bits;
             bounds.nan_check[lane] += cell.polynomial.xyz * 0.0;
         }
-        if let Some(slots) = self.descents.get_mut(from..).and_then(<[u8]>::first_chunk_mut::<LANES>) {
-            for lane in 0..LANES {
-                slots[lane] = descents[lane].to_index() as u8;
-            }
-        }
+        self.descents.set_own_lanes::<S>(from, descents.map(|bits| bits.to_index() as u8));
     }
 
-    /// All cells of the list.
+    /// Eight cells from position `from` of the list on, a multiple of eight: those of the lanes of this thread.
     #[inline(always)]
-    pub fn iter(&self) -> impl Iterator<Item = MetCell> {
-        self.numbers.iter().zip(&self.descents).take(self.count).map(|(number, descents)| MetCell {
-            number: number % EDGE,
-            edges: (number / EDGE) as u8,
-            descents: *descents,
-        })
+    pub fn own_lanes<S: Storage>(&self, from: usize) -> Option<[MetCell; LANES]> {
+        let (numbers, descents) = (self.numbers.own_lanes::<S>(from)?, self.descents.own_lanes::<S>(from)?);
+        Some(from_fn(|lane| MetCell {
+            number: numbers[lane] % EDGE,
+            edges: (numbers[lane] / EDGE) as u8,
+            descents: descents[lane],
+        }))
     }
 
     /// The cells that may hold a stationary point of φ along the triangle.
@@ -221,8 +212,16 @@ impl Cells {
         storage: &S,
     ) -> impl Iterator<Item = Cell<R>> {
         let range = CellRange::<R>::new(triangle);
-        self.iter().filter(|cell| cell.descents == 0).map(move |cell| {
-            let part = range.clip(R::from_f64(f64::from(cell.number)));
+        let chunks = (0..self.count).step_by(LANES).filter_map(|from| Some((from, self.own_lanes::<S>(from)?)));
+        let numbers = chunks.flat_map(move |(from, cells)| {
+            let left = self.count.saturating_sub(from).min(LANES);
+            (0..left).filter_map(move |lane| {
+                let cell = storage.of_lane(&cells, lane);
+                (cell.descents == 0).then_some(cell.number)
+            })
+        });
+        numbers.map(move |number| {
+            let part = range.clip(R::from_f64(f64::from(number)));
             let samples = storage.corners(part.origin.map(Float::to_index));
             part.with_polynomial(Polynomial::new(samples.map(R::from_stored)))
         })
@@ -246,7 +245,12 @@ impl DirectionalBoundsLanes {
 
     /// Union of all lanes, by halves. `None` if a sample is not finite.
     #[inline(always)]
-    pub fn merge(mut self) -> Option<DirectionalBounds<f32>> {
+    pub fn merge<S: Storage>(mut self, storage: &S) -> Option<DirectionalBounds<f32>> {
+        for k in 0..4 {
+            self.lower[k] = of_all_lanes(storage, &self.lower[k]);
+            self.upper[k] = of_all_lanes(storage, &self.upper[k]);
+        }
+        self.nan_check = of_all_lanes(storage, &self.nan_check);
         let mut stride = LANES / 2;
         while stride > 0 {
             for lane in 0..stride {

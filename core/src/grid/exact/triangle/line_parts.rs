@@ -13,7 +13,7 @@ use super::LANES;
 use super::LowestPoint;
 use super::descent_table::LinePart;
 use super::grid_triangle::GridTriangle;
-use super::in_lane;
+use super::{corners_of_thread, in_lane};
 use crate::grid::Storage;
 use crate::grid::exact::segment::Cubic;
 use crate::number::{Float, Real};
@@ -56,15 +56,23 @@ impl<R: Float> LineParts<R> {
 
     /// Takes as many parts as there are lanes. False if there is none.
     #[inline(always)]
-    pub fn fill(&mut self, triangle: &GridTriangle<R>, parts: &mut impl Iterator<Item = LinePart>) -> bool {
+    pub fn fill<S: Storage>(
+        &mut self,
+        storage: &S,
+        triangle: &GridTriangle<R>,
+        parts: &mut impl Iterator<Item = LinePart>,
+    ) -> bool {
+        let first = storage.first_lane();
         self.count = 0;
         while self.count < LANES {
             let Some(part) = parts.next() else { break };
-            let lane = self.count % LANES;
-            self.line[lane] = R::from_f64(f64::from(part.line));
-            for axis in 0..3 {
-                let index = triangle.first_cell[axis].wrapping_add(part.cell[axis]).min(triangle.last_cell[axis]);
-                self.cell[axis][lane] = R::from_f64(f64::from(index));
+            let lane = self.count.wrapping_sub(first);
+            if lane < S::LANES_OF_THREAD {
+                self.line[lane] = R::from_f64(f64::from(part.line));
+                for axis in 0..3 {
+                    let index = triangle.first_cell[axis].wrapping_add(part.cell[axis]).min(triangle.last_cell[axis]);
+                    self.cell[axis][lane] = R::from_f64(f64::from(index));
+                }
             }
             self.count = self.count.saturating_add(1);
         }
@@ -79,12 +87,12 @@ impl<R: Float> LineParts<R> {
         storage: &S,
         lowest: &mut LowestPoint<R>,
     ) -> Option<()> {
-        let samples = storage.corners_in_lanes(self.cell);
-        self.find_lines(triangle);
-        self.clip(triangle.rounding);
+        let samples = corners_of_thread(storage, self.cell);
+        self.find_lines::<S>(triangle);
+        self.clip::<S>(triangle.rounding);
         let infinity = R::from_f64(f64::INFINITY);
         let (mut values, mut at) = ([infinity; LANES], [R::zero(); LANES]);
-        for lane in 0..LANES {
+        for lane in 0..S::LANES_OF_THREAD {
             let vector = |axes: &[[R; LANES]; 3]| Vector3::new(axes[0][lane], axes[1][lane], axes[2][lane]);
             let (cell, start, direction) = (vector(&self.cell), vector(&self.start), vector(&self.direction));
             let corners = in_lane(&samples, lane);
@@ -96,10 +104,11 @@ impl<R: Float> LineParts<R> {
         }
         for lane in 0..self.count.min(LANES) {
             lowest.evaluations = lowest.evaluations.saturating_add(1);
-            let (value, t) = (values[lane], at[lane]);
+            let value = storage.of_lane(&values, lane);
             if value < lowest.value {
+                let t = storage.of_lane(&at, lane);
                 for k in 0..3 {
-                    let [start, end] = [self.end_weights[0][k][lane], self.end_weights[1][k][lane]];
+                    let [start, end] = [0, 1].map(|end: usize| storage.of_lane(&self.end_weights[end % 2][k], lane));
                     lowest.weights[k] = start * (R::one() - t) + end * t;
                 }
                 lowest.value = value;
@@ -112,11 +121,11 @@ impl<R: Float> LineParts<R> {
 
     /// The lines: cuts with the lower faces of the cells, or edges.
     #[inline(always)]
-    fn find_lines(&mut self, triangle: &GridTriangle<R>) {
+    fn find_lines<S: Storage>(&mut self, triangle: &GridTriangle<R>) {
         let (zero, one) = (R::zero(), R::one());
         let [two, three, four, five] = [2.0, 3.0, 4.0, 5.0].map(R::from_f64);
         let [a, b, c] = triangle.corners;
-        for lane in 0..LANES {
+        for lane in 0..S::LANES_OF_THREAD {
             let line = self.line[lane];
             let (is_x, is_y, is_edge) = (line < one, line < two, three <= line);
             let pick = |x: R, y: R, z: R| R::select(is_x, x, R::select(is_y, y, z));
@@ -146,9 +155,9 @@ impl<R: Float> LineParts<R> {
 
     /// The intervals of t in the cells. A line farther than `rounding` from its cell is none.
     #[inline(always)]
-    fn clip(&mut self, rounding: R) {
+    fn clip<S: Storage>(&mut self, rounding: R) {
         let (zero, one) = (R::zero(), R::one());
-        for lane in 0..LANES {
+        for lane in 0..S::LANES_OF_THREAD {
             let (mut from, mut to, mut is_none, mut length) = (zero, one, self.is_none[lane], zero);
             for k in 0..3 {
                 let (d, lower) = (self.direction[k][lane], self.cell[k][lane] - self.start[k][lane]);
