@@ -219,8 +219,8 @@ kernels! { CERTIFY:
     fn search_faces_dense_certified(field: FieldBlob, frame: Frame, search: SearchParams) {
         if stages::is_at_work::<{ TEAM as usize }>(&frame) {
             // The search takes the field's address: here, so that only threads at work have it on their stack.
-            let field = field;
-            stages::certify::<DenseGrid, _, 3>(fields::load(&field), &certified(&search), &frame)
+            let own = field;
+            stages::certify::<DenseGrid, _, 3>(fields::load(&own), &certified(&search), &frame)
         }
     }
 }
