@@ -66,7 +66,7 @@ fn corners_of_thread<S: Storage, R: Float>(storage: &S, cells: [[R; LANES]; 3]) 
     samples
 }
 
-/// What all lanes have computed, in order.
+/// Values that all lanes have computed, in order.
 #[inline(always)]
 fn of_all_lanes<S: Storage, T: Copy>(storage: &S, computed: &[T; LANES]) -> [T; LANES] {
     core::array::from_fn(|lane| storage.of_lane(computed, lane))

@@ -11,6 +11,7 @@
 
 mod cache;
 mod cost;
+mod declared;
 mod function;
 mod parse;
 mod warp;

@@ -60,7 +60,7 @@ struct Threads {
     calls: [Vec<usize>; LANES],
     next: [usize; LANES],
     live: u32,
-    /// Those at a shuffle that others have not reached.
+    /// Threads at a shuffle that others have not reached.
     waiting: u32,
 }
 
@@ -75,7 +75,7 @@ impl Threads {
         Some((group.fold(0, |mask, lane| mask | 1 << lane), self.next[first]))
     }
 
-    /// Those of a group that shuffle now: they and all whom they wait for are here. The others wait.
+    /// Threads of a group that shuffle now: they and all whom they wait for are here. The others wait.
     fn shuffled(&mut self, group: u32, at: usize, threads_of: impl Fn(usize) -> u32) -> u32 {
         lanes(group).for_each(|lane| self.next[lane] = at);
         let is_here = |lane: &usize| self.next[*lane] == at;

@@ -71,7 +71,7 @@ impl<T: Copy, const ROOM: usize> TeamList<T, ROOM> {
         }
     }
 
-    /// That of the eight entries from `first` on which a thread of a team holds.
+    /// Index of the one entry, of the eight from `first` on, that a thread of a team holds.
     #[inline(always)]
     fn held<S: Storage>(storage: &S, first: usize) -> usize {
         first.wrapping_add(storage.first_lane().wrapping_sub(first) % LANES)
