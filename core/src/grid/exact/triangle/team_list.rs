@@ -4,7 +4,7 @@
 use super::LANES;
 use crate::grid::Storage;
 
-/// Up to eight entries for each of `ROOM` places, or `ROOM` entries for one thread: what a thread computes of [`LANES`] it holds.
+/// `ROOM` entries in one thread: the whole list, or an eighth of it.
 pub(super) struct TeamList<T, const ROOM: usize>([T; ROOM]);
 
 impl<T: Copy, const ROOM: usize> TeamList<T, ROOM> {
