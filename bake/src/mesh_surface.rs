@@ -27,7 +27,7 @@ use sdf_core::nalgebra::Vector3;
 use crate::bvh::Bvh;
 use crate::mesh::topology::orient;
 use crate::mesh_distance::moved_within;
-use crate::rounding::MIN_OFFSET;
+use crate::rounding::{MIN_OFFSET, PAIR_ROUNDING, PARTING_SLACK, max_coordinate};
 use crate::sign::flood_fill::CLEARANCE;
 use crate::sign::pseudo_normals::PseudoNormals;
 use crate::sign::winding::WindingNumbers;
@@ -96,6 +96,12 @@ impl MeshSurface {
     /// Box around the mesh.
     pub fn bounds(&self) -> Aabb {
         self.mesh.bounds()
+    }
+
+    /// Bound of the error of a distance that was found between an element of one to three corners and the mesh.
+    pub fn error_bound(&self, element: &[Vector3<f64>], distance: f64) -> f64 {
+        let largest = element.iter().map(|corner| corner.amax()).fold(max_coordinate(&self.bounds()), f64::max);
+        PAIR_ROUNDING * largest + PARTING_SLACK * distance.abs()
     }
 
     /// Signed distance and nearest point. `guess` is any slot: a near one saves time. A point whose answer is known, `neighbour`, can
