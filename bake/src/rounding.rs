@@ -9,7 +9,7 @@
 //! | ε | 1 | `SAMPLE` |
 //! | 2 ε … 4 ε | 3 … 7 | `ESTIMATE`, `COARSE_DISTANCE`, `DEQUANTIZED`, `BOUND` |
 //! | 8 ε | 15 | `DETERMINANT`, `CONE_FACTOR`, `NODE_STEP`, `PIECE`, `SLOPE` |
-//! | 16 ε | 31 | `NODE_POSITION`, `COARSE_DIFFERENCE`, `BRICK_DISTANCE` |
+//! | 16 ε | 31 | `NODE_POSITION`, `COARSE_DIFFERENCE`, `BRICK_DISTANCE`, `PLANE_HEIGHT` |
 //! | 32 ε | 63 | `POINT_ON_MESH`, `PAIR` |
 //! | 64 ε | 127 | `APPROX_DISTANCE` |
 //!
@@ -31,6 +31,10 @@ pub(crate) const CONE_FACTOR_ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 /// Excess of the distance of neighbouring nodes over the spacing, relative to their largest coordinate.
 pub(crate) const NODE_STEP_ROUNDING: f64 = 8.0 * f64::EPSILON;
+
+/// Height over the plane of a triangle within its edges, relative to the longest edge over the sine of its first angle: a normal
+/// takes 4 ε, 8 ε the products that decide on which side of an edge a point is.
+pub(crate) const PLANE_HEIGHT_ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 /// Position of a node, relative to its largest coordinate, in a bound of three coordinates.
 pub(crate) const NODE_POSITION_ROUNDING: f64 = 16.0 * f64::EPSILON;

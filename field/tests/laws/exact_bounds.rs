@@ -105,3 +105,74 @@ fn pairs_that_are_nearer_by_a_trifle_are_within_the_bounds() {
         assert_true(&found[0], 1.0 - highest, &format!("seed {seed}, round {round}"));
     }
 }
+
+/// A prism of length 1 whose top is so wide: a face of two long triangles at height 0 between slopes of 45°.
+fn prism(width: f64) -> Field {
+    let half = 0.5 * width;
+    let top = [[0.0, -half, 0.0], [1.0, -half, 0.0], [1.0, half, 0.0], [0.0, half, 0.0]];
+    let bottom = [[0.0, -0.5, -0.5], [1.0, -0.5, -0.5], [1.0, 0.5, -0.5], [0.0, 0.5, -0.5]];
+    let points = [top, bottom].concat();
+    let faces = [
+        [0, 1, 2],
+        [0, 2, 3],
+        [4, 6, 5],
+        [4, 7, 6],
+        [0, 5, 1],
+        [0, 4, 5],
+        [1, 6, 2],
+        [1, 5, 6],
+        [2, 7, 3],
+        [2, 6, 7],
+        [3, 4, 0],
+        [3, 7, 4],
+    ];
+    baked(&points, &faces)
+}
+
+/// Slivers are measured by their edges alone, and normals of other thin faces have lost digits: at any width the bound says so. Away from
+/// them it stays near rounding.
+#[test]
+fn distances_to_thin_faces_are_within_their_bounds() {
+    let seed = test_seed(20_261_129);
+    println!("to repeat: SDF_SEED={seed}");
+    let mut random = Random::new(seed);
+    for width in [0.1, 1e-3, 1e-5, 1e-6, 2e-7, 1.2e-7, 1e-7, 5e-8, 1e-8, 1e-10, 1e-13] {
+        let field = prism(width);
+        for round in 0..300 {
+            let height = [0.0, 1e-12, 1e-9, 1e-3, -1e-3 * width][round % 5];
+            let mut at = || [random.between(0.05, 0.95), width * random.between(-0.45, 0.45), height];
+            let corners = [0; 3].map(|_| at());
+            for contact in contacts(&field, &corners, 0.01, Elements::Vertices) {
+                let context = format!("seed {seed}, width {width}, round {round}");
+                assert_true(&contact, height, &context);
+                let wanted = if width > 0.01 { 1e-13 } else { (0.6 * width).max(2e-9) };
+                assert!(contact.error_bound < wanted, "{context}: {contact:?}");
+            }
+        }
+        // An edge through the top ends 0.1 below it, seven tenths of that from either slope.
+        let corners = [[0.5, 0.0, 0.4], [0.5, 0.0, -0.1], [0.5, 0.0, -0.1]];
+        let found = contacts(&field, &corners, 0.01, Elements::Edges);
+        let truth = -(0.1 + 0.5 * width) * 0.5_f64.sqrt();
+        let deepest = found.iter().map(|contact| contact.distance).fold(0.0, f64::min);
+        assert!((deepest - truth.max(-0.1)).abs() < 1e-3, "width {width}: {found:?}");
+    }
+}
+
+/// A face over the apex of a pyramid, which is below its inside.
+#[test]
+fn thin_elements_are_within_their_bounds() {
+    let points = [[0.0; 3], [1.0, 0.0, -1.0], [0.0, 1.0, -1.0], [-1.0, 0.0, -1.0], [0.0, -1.0, -1.0]];
+    let faces = [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1], [1, 4, 3], [1, 3, 2]];
+    let field = baked(&points, &faces);
+    for width in [0.1, 1e-3, 1e-5, 1e-6, 2e-7, 1e-7, 1e-8, 1e-10, 1e-13] {
+        for height in [1e-12, 1e-9, 1e-3] {
+            for shift in [-0.2, 0.0, 0.13] {
+                let corners =
+                    [[shift - 0.5, -0.5 * width, height], [shift + 0.5, -0.5 * width, height], [shift, width, height]];
+                let found = contacts(&field, &corners, 0.01, Elements::Faces);
+                assert_eq!(found.len(), 1, "width {width}, height {height}");
+                assert_true(&found[0], height, &format!("width {width}, height {height}"));
+            }
+        }
+    }
+}
