@@ -27,11 +27,11 @@ use sdf_core::nalgebra::Vector3;
 use crate::bvh::Bvh;
 use crate::mesh::topology::orient;
 use crate::mesh_distance::moved_within;
-use crate::rounding::MIN_OFFSET;
+use crate::rounding::{MIN_OFFSET, PAIR_ROUNDING, PARTING_SLACK, max_coordinate};
 use crate::sign::flood_fill::CLEARANCE;
 use crate::sign::pseudo_normals::PseudoNormals;
 use crate::sign::winding::WindingNumbers;
-use crate::triangle::{NearestOnTriangle, TriangleFeature, area_vector, nearest_on_triangle};
+use crate::triangle::{NearestOnTriangle, TriangleFeature, area_vector, nearest_on_triangle, thinness_error};
 use crate::{SignMethod, TriangleMesh};
 
 /// A mesh that answers with exact signed distances.
@@ -45,6 +45,8 @@ pub struct MeshSurface {
     pseudo_normals: Option<PseudoNormals>,
     winding: Option<WindingNumbers>,
     is_continuous: bool,
+    /// Bound of the error of a distance to a point at the origin, by the largest coordinate and the thinnest triangle.
+    rounding: f64,
 }
 
 /// The point of a mesh nearest to another.
@@ -54,7 +56,7 @@ pub struct SurfacePoint {
     pub query: Vector3<f64>,
     /// The nearest point of the mesh.
     pub point: Vector3<f64>,
-    /// The distance between both, negative inside. Exact up to the rounding of f64.
+    /// The distance between both, negative inside: see [`MeshSurface::error_bound`].
     pub distance: f64,
     /// The triangle that holds the nearest point, in the tree's order.
     pub slot: usize,
@@ -85,7 +87,9 @@ impl MeshSurface {
         let winding = (!is_complete).then(windings);
         // The surface of a solid is wound outward.
         let orientations = if solid.is_some() { vec![1.0; tree.triangles.len()] } else { orientations };
-        Self { mesh, tree, solid, orientations, pseudo_normals, winding, is_continuous }
+        let thinnest = tree.corners.iter().map(|corners| thinness_error(*corners)).fold(0.0, f64::max);
+        let rounding = PAIR_ROUNDING * max_coordinate(&mesh.bounds()) + thinnest + mesh.rounding;
+        Self { mesh, tree, solid, orientations, pseudo_normals, winding, is_continuous, rounding }
     }
 
     /// Does the sign change at triangles alone? Then the signed distance has slope 1 everywhere.
@@ -96,6 +100,14 @@ impl MeshSurface {
     /// Box around the mesh.
     pub fn bounds(&self) -> Aabb {
         self.mesh.bounds()
+    }
+
+    /// Bound of the error of a distance that was found between an element of one to three corners and the mesh. Near rounding, but
+    /// where a face of either is so thin that it is measured by its edges alone, or that its normal has lost digits.
+    pub fn error_bound(&self, element: &[Vector3<f64>], distance: f64) -> f64 {
+        let largest = element.iter().map(|corner| corner.amax()).fold(0.0, f64::max);
+        let thinness = if let [a, b, c] = *element { thinness_error([a, b, c]) } else { 0.0 };
+        self.rounding + PAIR_ROUNDING * largest + thinness + PARTING_SLACK * distance.abs()
     }
 
     /// Signed distance and nearest point. `guess` is any slot: a near one saves time. A point whose answer is known, `neighbour`, can

@@ -9,8 +9,8 @@
 //! | ε | 1 | `SAMPLE` |
 //! | 2 ε … 4 ε | 3 … 7 | `ESTIMATE`, `COARSE_DISTANCE`, `DEQUANTIZED`, `BOUND` |
 //! | 8 ε | 15 | `DETERMINANT`, `CONE_FACTOR`, `NODE_STEP`, `PIECE`, `SLOPE` |
-//! | 16 ε | 31 | `NODE_POSITION`, `COARSE_DIFFERENCE`, `BRICK_DISTANCE` |
-//! | 32 ε | 63 | `POINT_ON_MESH` |
+//! | 16 ε | 31 | `NODE_POSITION`, `COARSE_DIFFERENCE`, `BRICK_DISTANCE`, `PLANE_HEIGHT` |
+//! | 32 ε | 63 | `POINT_ON_MESH`, `PAIR` |
 //! | 64 ε | 127 | `APPROX_DISTANCE` |
 //!
 //! A `*_SLACK` is wider than any such error by orders of magnitude, where width costs nothing: a few candidates more
@@ -32,6 +32,10 @@ pub(crate) const CONE_FACTOR_ROUNDING: f64 = 8.0 * f64::EPSILON;
 /// Excess of the distance of neighbouring nodes over the spacing, relative to their largest coordinate.
 pub(crate) const NODE_STEP_ROUNDING: f64 = 8.0 * f64::EPSILON;
 
+/// Height over the plane of a triangle within its edges, relative to the longest edge over the sine of its first angle: a normal
+/// takes 4 ε, 8 ε the products that decide on which side of an edge a point is.
+pub(crate) const PLANE_HEIGHT_ROUNDING: f64 = 16.0 * f64::EPSILON;
+
 /// Position of a node, relative to its largest coordinate, in a bound of three coordinates.
 pub(crate) const NODE_POSITION_ROUNDING: f64 = 16.0 * f64::EPSILON;
 
@@ -48,6 +52,9 @@ pub(crate) fn max_coordinate(bounds: &Aabb) -> f64 {
 /// Squared distance to a point of the mesh, relative to the distance times the largest coordinate:
 /// |x + δ|² − |x|² ≈ 2 |x| |δ|.
 pub(crate) const POINT_ON_MESH_ROUNDING: f64 = 32.0 * f64::EPSILON;
+
+/// Distance between two points of an element and a triangle, relative to their largest coordinate: some forty operations.
+pub(crate) const PAIR_ROUNDING: f64 = 32.0 * f64::EPSILON;
 
 /// Corner of a piece of a triangle, relative to the mesh's largest coordinate: 4 ε along each axis, and one more where
 /// the piece would have no area.

@@ -31,7 +31,7 @@ const MAX_EVALUATIONS: u32 = 2048;
 /// Evaluations of the search in the grid, where the mesh is open.
 const GRID_EVALUATIONS: u32 = 256;
 
-/// Rounding of a distance, as a fraction of the largest coordinate: some forty operations on coordinates.
+/// Rounding of the grid's value and its error bound, as a fraction of it.
 const ROUNDING: f64 = 32.0 * f64::EPSILON;
 
 /// A grid, and the mesh that it was baked from.
@@ -119,6 +119,8 @@ struct Settled {
     weights: [f64; 3],
     at: SurfacePoint,
     lower_bound: f64,
+    /// Distance and bound are off by no more.
+    error: f64,
     is_settled: bool,
     evaluations: u32,
 }
@@ -155,6 +157,7 @@ impl ExactSearch<'_> {
         let share = 1.0 / corners.len() as f64;
         let weights = std::array::from_fn(|corner| if corner < corners.len() { share } else { 0.0 });
         let query = corners.iter().sum::<Vector3<f64>>() * share;
+        let error = |distance: f64| self.surface.error_bound(corners, distance);
         // Where the grid's error leaves the sign open, the mesh has it.
         let is_outside = value > self.error * (1.0 + ROUNDING);
         let measured = (!is_outside).then(|| {
@@ -166,14 +169,14 @@ impl ExactSearch<'_> {
         if measured.is_none_or(|start| start.at.distance > 0.0) {
             let is_continuous = self.surface.is_continuous();
             // Where the sign jumps elsewhere, as at holes, a point far from the triangles may be inside.
-            let rounding = ROUNDING * corners.iter().map(|corner| corner.amax()).fold(0.0, f64::max);
-            let limit = if is_continuous { self.margin.max(0.0) + rounding } else { f64::INFINITY };
+            let margin = self.margin.max(0.0);
+            let limit = if is_continuous { margin + error(margin) } else { f64::INFINITY };
             let closest = self.surface.closest(corners, measured.map(|start| start.at.slot), limit)?;
             // Two edges that cross come within rounding of each other.
-            if closest.distance > rounding && is_continuous {
+            if closest.distance > error(0.0) && is_continuous {
                 let ClosestPoints { weights, distance, at } = closest;
-                let lower_bound = distance.min(at.distance);
-                return Some(Settled { weights, at, lower_bound, is_settled: true, evaluations: 1 });
+                let (lower_bound, error) = (distance.min(at.distance), error(distance));
+                return Some(Settled { weights, at, lower_bound, error, is_settled: true, evaluations: 1 });
             }
             let at = self.surface.nearest(closest.at.query, closest.at.slot, measured.as_ref().map(|start| &start.at));
             known.push(Probe { weights: closest.weights, at });
@@ -188,13 +191,14 @@ impl ExactSearch<'_> {
             weights: found.probe.weights,
             at: found.probe.at,
             lower_bound: found.lower_bound,
+            error: error(found.probe.at.distance.abs().max(found.lower_bound.abs())),
             is_settled: found.is_settled,
             evaluations: found.evaluations.saturating_add(2),
         })
     }
 
     fn report<const N: usize>(&self, element: &Element<f64, N>, found: &Settled) -> Contact<f64> {
-        let Settled { weights, at, lower_bound, is_settled, evaluations } = *found;
+        let Settled { weights, at, lower_bound, error, is_settled, evaluations } = *found;
         let push = |point: Vector3<f64>| self.pose.map_or(point, |pose| pose.push(point));
         let own: [f64; N] = std::array::from_fn(|corner| weights[corner]);
         let mut vertices = [NO_VERTEX; 3];
@@ -202,7 +206,9 @@ impl ExactSearch<'_> {
         let point = element.simplex.corners.iter().zip(own).map(|(corner, weight)| corner * weight).sum();
         let normal = self.surface.normal(&at);
         let normal = self.pose.map_or(normal, |pose| pose.push_vector(normal));
-        let rounding = ROUNDING * at.query.amax().max(at.point.amax()).max(at.distance.abs());
+        // No point is deeper in a solid than its box is large, however far out the element's corners are.
+        let deepest = if self.surface.is_continuous() { -self.surface.bounds().diagonal() } else { f64::NEG_INFINITY };
+        let lower_bound = (lower_bound - error).max(deepest);
         let status = match () {
             () if normal == Vector3::zeros() => ContactStatus::DegenerateGradient,
             () if !is_settled => ContactStatus::BudgetSpent,
@@ -224,9 +230,9 @@ impl ExactSearch<'_> {
             normal,
             slope: 1.0,
             distance: at.distance,
-            lower_bound: lower_bound - rounding,
-            error_bound: rounding,
-            shape_lower_bound: lower_bound - rounding,
+            lower_bound,
+            error_bound: error,
+            shape_lower_bound: lower_bound,
             evaluations: evaluations.saturating_add(1),
             status,
         }

@@ -6,7 +6,7 @@
 
 use sdf_core::nalgebra::Vector3;
 
-use crate::simd::{dot, lane_of, max, min, sub};
+use crate::simd::{cross, dot, lane_of, max, min, sub};
 use crate::triangle::nearest::for_each_point;
 use crate::triangle::{NearestOnTriangle, TriangleFeature, is_sliver, nearest_on_triangle};
 
@@ -115,7 +115,9 @@ impl NearestOnSides {
             let (side, offset) = (sub(end, start), sub(from, start));
             let (side_sq, mixed) = (dot(side, side), dot(along, side));
             let (c, f) = (dot(along, offset), dot(side, offset));
-            let s = to_unit(ratio(mixed * f - c * side_sq, length_sq * side_sq - mixed * mixed));
+            // By cross products: where the segments are nearly parallel, differences of products of lengths have lost their digits.
+            let across = cross(side, along);
+            let s = to_unit(ratio(dot(cross(offset, side), across), dot(across, across)));
             let free = ratio(mixed * s + f, side_sq);
             let t = to_unit(free);
             let s = if t == free { s } else { to_unit(ratio(mixed * t - c, length_sq)) };

@@ -2,7 +2,7 @@ use sdf_core::nalgebra::Vector3;
 use sdf_procedural::random::{Random, test_seed};
 
 use super::cap::Capping;
-use super::weld::weld_within;
+use super::weld::{is_any_near, is_within, weld_within};
 use super::*;
 
 fn area(points: &[Vector3<f64>], triangles: &[[usize; 3]]) -> f64 {
@@ -106,6 +106,39 @@ fn points_far_from_the_origin_are_merged_only_within_the_distance() {
         let count = |distance: f64| weld_within(&points, &triangles, distance).1;
         assert_eq!([1e-12, 0.4, 1.9, 2000.0].map(|steps| count(steps * step)), [0, 0, 3, 5], "{far}");
     }
+}
+
+/// Points of two bent sheets, one above the other, here and there a little farther apart than the distance.
+#[test]
+fn few_points_are_compared_where_dense_sets_are_nearly_or_hardly_within_the_distance() {
+    let seed = test_seed(72);
+    let mut random = Random::new(seed);
+    let mut answers = [0; 2];
+    for (round, count) in [20, 70, 3000].into_iter().cycle().take(120).enumerate() {
+        let normal = Vector3::from(random.point_in_cube(1.0)).normalize();
+        let side = normal.cross(&Vector3::new(0.3, 0.5, 0.8)).normalize();
+        let across = normal.cross(&side);
+        let (bend, gap) = (random.between(-0.2, 0.2), random.between(0.99, 1.03));
+        let mut sheet = |height: f64| -> Vec<[f64; 3]> {
+            let point = |[u, v, _]: [f64; 3]| normal * (height + bend * (u * u + v * v)) + side * u + across * v;
+            (0..count).map(|_| point(random.point_in_cube(0.2)).into()).collect()
+        };
+        let positions = [sheet(0.0), sheet(gap)].concat();
+        let mut own: Vec<u32> = (0..count).collect();
+        let mut other: Vec<u32> = (count..2 * count).collect();
+        let mut compared = 0_u32;
+        let mut is_near = |a, b| {
+            compared += 1;
+            is_within(&positions, a, b, 1.0)
+        };
+        let found = is_any_near(&positions, &mut own, &mut other, 1.0, &mut is_near);
+        let wanted = own.iter().any(|a| other.iter().any(|b| is_within(&positions, *a, *b, 1.0)));
+        assert_eq!(found, wanted, "seed {seed}, round {round}");
+        // All pairs of the largest sets are 9,000,000.
+        assert!(compared < 30_000, "seed {seed}, round {round}: {compared}");
+        answers[usize::from(found)] += 1;
+    }
+    assert!(answers.iter().all(|count| *count > 20), "{answers:?}");
 }
 
 #[test]

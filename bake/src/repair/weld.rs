@@ -4,10 +4,16 @@
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
+use sdf_core::nalgebra::Vector3;
+
+use crate::rounding::PRUNE_SLACK;
 use crate::union_find::UnionFind;
 
 /// Side of a cell in distances: less than 1/√3, so that a cell's diagonal is less than the distance.
 const CELL: f64 = 0.577;
+
+/// Pairs of points that are compared at once, at most.
+const COMPARED: usize = 16;
 
 /// Cells of the grid in lexicographic order, each with its points.
 type Cells = Vec<([i64; 3], Vec<u32>)>;
@@ -36,8 +42,11 @@ pub(super) fn weld_within(points: &[[f64; 3]], triangles: &[[u32; 3]], distance:
             let Some(other) = index.get(&next).map(|index| &cells[*index].1) else { continue };
             if is_far {
                 join_near(&mut groups, &positions, own, other, distance);
-            } else if groups.root(own[0]) != groups.root(other[0]) && is_any_within(&positions, own, other, distance) {
-                groups.join(own[0], other[0]);
+            } else if groups.root(own[0]) != groups.root(other[0]) {
+                let mut is_near = |a, b| is_within(&positions, a, b, distance);
+                if is_any_near(&positions, &mut own.clone(), &mut other.clone(), distance, &mut is_near) {
+                    groups.join(own[0], other[0]);
+                }
             }
         }
     }
@@ -91,11 +100,47 @@ fn is_far(cell: [i64; 3]) -> bool {
     cell.iter().any(|index| index.unsigned_abs() > 1 << 40)
 }
 
-fn is_any_within(positions: &[[f64; 3]], own: &[u32], other: &[u32], distance: f64) -> bool {
-    own.iter().any(|a| other.iter().any(|b| is_within(positions, *a, *b, distance)))
+/// Is a point of one set within the distance of a point of another, as `is_near` compares them? Sets are halved across the longest side of
+/// their box, and parts are skipped that lie farther apart along the way between their middles.
+pub(super) fn is_any_near(
+    positions: &[[f64; 3]],
+    own: &mut [u32],
+    other: &mut [u32],
+    distance: f64,
+    is_near: &mut impl FnMut(u32, u32) -> bool,
+) -> bool {
+    if own.len() * other.len() <= COMPARED {
+        return own.iter().any(|a| other.iter().any(|b| is_near(*a, *b)));
+    }
+    let [own_box, other_box] = [&*own, &*other].map(|set| bounds(positions, set));
+    let [from, to] = [own_box, other_box].map(|[min, max]| (min + max) * 0.5);
+    let direction = (to - from).try_normalize(0.0).unwrap_or_default();
+    let height = |point: &u32| direction.dot(&(Vector3::from(positions[*point as usize]) - from));
+    let highest = own.iter().map(height).fold(f64::NEG_INFINITY, f64::max);
+    let lowest = other.iter().map(height).fold(f64::INFINITY, f64::min);
+    if lowest - highest > distance * (1.0 + PRUNE_SLACK) {
+        return false;
+    }
+    let (split, whole, [min, max]) =
+        if own.len() > other.len() { (own, other, own_box) } else { (other, own, other_box) };
+    let length = |axis: usize| max[axis] - min[axis];
+    let longest = (1..3).fold(0, |longest, axis| if length(axis) > length(longest) { axis } else { longest });
+    let along = |point: &u32| positions[*point as usize][longest];
+    let middle = split.len() / 2;
+    split.select_nth_unstable_by(middle, |a, b| along(a).total_cmp(&along(b)));
+    let (low, high) = split.split_at_mut(middle);
+    is_any_near(positions, low, whole, distance, is_near) || is_any_near(positions, high, whole, distance, is_near)
 }
 
-fn is_within(positions: &[[f64; 3]], a: u32, b: u32, distance: f64) -> bool {
+/// The corners of the box around some points.
+fn bounds(positions: &[[f64; 3]], set: &[u32]) -> [Vector3<f64>; 2] {
+    let first = Vector3::from(positions[set[0] as usize]);
+    set.iter()
+        .map(|point| Vector3::from(positions[*point as usize]))
+        .fold([first; 2], |[min, max], position| [min.inf(&position), max.sup(&position)])
+}
+
+pub(super) fn is_within(positions: &[[f64; 3]], a: u32, b: u32, distance: f64) -> bool {
     let [a, b] = [a, b].map(|point| positions[point as usize]);
     (0..3).map(|axis| (a[axis] - b[axis]).powi(2)).sum::<f64>().sqrt() <= distance
 }

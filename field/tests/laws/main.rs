@@ -10,6 +10,7 @@ mod complete;
 mod doors;
 mod errors;
 mod exact;
+mod exact_bounds;
 mod examples;
 #[cfg(feature = "exchange")]
 mod exchange;

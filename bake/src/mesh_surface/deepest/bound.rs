@@ -115,7 +115,8 @@ impl Search<'_> {
             return true;
         }
         // Two edges that cross come within rounding of each other.
-        let touch = PRUNE_SLACK * points.iter().map(|point| point.amax()).fold(0.0, f64::max);
+        let rounding = PRUNE_SLACK * points.iter().map(|point| point.amax()).fold(0.0, f64::max);
+        let touch = rounding + self.surface.error_bound(points, 0.0);
         self.surface.closest(points, Some(corners[0].slot as usize), touch).is_none()
     }
 }
