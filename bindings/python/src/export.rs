@@ -40,7 +40,7 @@ impl Export {
 
     /// Writes the files, and gives their paths.
     pub fn write(&self, py: Python, field: &Field, path: &PathBuf, threads: Option<i64>) -> PyResult<Vec<PathBuf>> {
-        let written = py.detach(|| pools::run(threads, || field.export_to(path, self.format, &self.options)))?;
+        let written = pools::run(py, threads, || field.export_to(path, self.format, &self.options))?;
         written.map(|written| written.files).map_err(|error| match &error {
             ExportError::Unwritable(path, cause) => io_error(cause, path, &format!("{}: {cause}", path.display())),
             _ => value_error(&error),
