@@ -22,7 +22,7 @@ impl Export {
         let format = match format {
             Some(name) => choice("format", name, &names)?,
             None => ExportFormat::from_extension(path).ok_or_else(|| {
-                let endings = names.map(|(name, _)| format!(".{name}")).join(", ");
+                let endings = ExportFormat::ALL.map(|format| format!(".{}", format.extension())).join(", ");
                 value_error(format!("{}: use a name that ends in one of {endings}, or add format=", path.display()))
             })?,
         };
