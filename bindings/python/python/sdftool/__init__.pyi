@@ -265,7 +265,7 @@ class Sdf:
 
 @final
 class MeshClusters:
-    """The faces of a mesh in clusters of neighbours, for contacts frame after frame."""
+    """The faces of a mesh in clusters of neighbours, for contacts frame after frame; vertices that moved need refitted: nothing checks that."""
 
     def __new__(cls, mesh: _Mesh | npt.ArrayLike, faces: npt.ArrayLike | None = None) -> MeshClusters: ...
     def refitted(self, vertices: npt.ArrayLike) -> MeshClusters: ...
