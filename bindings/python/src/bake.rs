@@ -129,6 +129,7 @@ fn bake_interruptible(
 ) -> PyResult<Result<Baked, BakeError>> {
     let (cancel, steps) = (Arc::new(AtomicBool::new(false)), Arc::new(Steps::default()));
     let (send, receive) = mpsc::channel();
+    let pool = pools::pool(py, threads)?;
     let work = {
         let (cancel, steps) = (cancel.clone(), steps.clone());
         move || {
@@ -140,7 +141,7 @@ fn bake_interruptible(
                 count(progress);
             };
             let mesh = MeshView { points: &points, faces: &faces };
-            pools::run(threads, || Field::bake_cancellable(mesh, &options, &on_progress, &cancel))
+            pool.install(|| Field::bake_cancellable(mesh, &options, &on_progress, &cancel))
         }
     };
     // Nobody receives after a cancel.
@@ -152,10 +153,10 @@ fn bake_interruptible(
         match received {
             Ok(baked) => {
                 let total = steps.total.load(Ordering::Relaxed);
-                if let (Some(progress), Ok(Ok(_))) = (&progress, &baked) {
+                if let (Some(progress), Ok(_)) = (&progress, &baked) {
                     progress.call1((total, total))?;
                 }
-                return baked;
+                return Ok(baked);
             }
             Err(RecvTimeoutError::Timeout) => {
                 let counts = (steps.done.load(Ordering::Relaxed), steps.total.load(Ordering::Relaxed));

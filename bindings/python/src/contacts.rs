@@ -116,7 +116,12 @@ impl Found {
 
     /// What a search found that skipped no element; else why not.
     pub fn checked(found: Result<Contacts, QueryError>, mesh: MeshView, elements: Elements) -> Result<Self, String> {
-        let found = found.map_err(|error| error.to_string())?;
+        let found = found.map_err(|error| match error {
+            QueryError::MeshNotKept => {
+                "an exact search needs the mesh in the field: bake it again by bake(..., keep_mesh=True)".to_owned()
+            }
+            error => error.to_string(),
+        })?;
         found.require_finite(mesh, elements).map_err(|error| error.to_string())?;
         Ok(Self::new(found))
     }

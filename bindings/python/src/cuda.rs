@@ -60,13 +60,16 @@ impl CudaQuery {
 
     /// The contacts of this frame.
     pub fn find(&self, py: Python) -> PyResult<Found> {
+        let pool = if self.threads == Some(1) { None } else { Some(pools::pool(py, self.threads)?) };
         let found = py.detach(|| {
             // Locked before the pool is entered: a thread of the pool that waits may begin other work, but must not wait for itself.
             let mut state = self.state();
             let query = &mut state.query;
-            let mut find = || query.contacts();
-            if self.threads == Some(1) { Ok(find()) } else { pools::run(self.threads, find) }
-        })?;
+            match &pool {
+                None => query.contacts(),
+                Some(pool) => pool.install(|| query.contacts()),
+            }
+        });
         let found = found.map_err(cuda_error)?;
         if found.not_finite_count > 0 {
             let (count, elements) = (found.not_finite_count, self.elements);

@@ -22,7 +22,7 @@ impl Export {
         let format = match format {
             Some(name) => choice("format", name, &names)?,
             None => ExportFormat::from_extension(path).ok_or_else(|| {
-                let endings = names.map(|(name, _)| format!(".{name}")).join(", ");
+                let endings = ExportFormat::ALL.map(|format| format!(".{}", format.extension())).join(", ");
                 value_error(format!("{}: use a name that ends in one of {endings}, or add format=", path.display()))
             })?,
         };
@@ -40,7 +40,7 @@ impl Export {
 
     /// Writes the files, and gives their paths.
     pub fn write(&self, py: Python, field: &Field, path: &PathBuf, threads: Option<i64>) -> PyResult<Vec<PathBuf>> {
-        let written = py.detach(|| pools::run(threads, || field.export_to(path, self.format, &self.options)))?;
+        let written = pools::run(py, threads, || field.export_to(path, self.format, &self.options))?;
         written.map(|written| written.files).map_err(|error| match &error {
             ExportError::Unwritable(path, cause) => io_error(cause, path, &format!("{}: {cause}", path.display())),
             _ => value_error(&error),

@@ -20,7 +20,7 @@ pub fn optional_path(given: &Bound<PyAny>) -> PyResult<Option<PathBuf>> {
 /// Opens a baked grid (.sdf.h5) or shapes in closed form (.sdf.toml), by content. Negative inside.
 #[pyfunction]
 pub fn load(py: Python, #[pyo3(from_py_with = self::path)] path: PathBuf) -> PyResult<Sdf> {
-    py.detach(|| pools::run(None, || Field::open(path)))?.map(Sdf).map_err(|error| file_error(&error))
+    pools::run(py, None, || Field::open(path))?.map(Sdf).map_err(|error| file_error(&error))
 }
 
 /// Removes the temporary folders that killed processes left beside path by save. A save of path does so too: this is for
@@ -33,5 +33,5 @@ pub fn clear_leftovers(py: Python, #[pyo3(from_py_with = self::path)] path: Path
 /// The field of the bytes of a file, as to_bytes gives them. Negative inside.
 #[pyfunction]
 pub fn from_bytes(py: Python, data: &[u8]) -> PyResult<Sdf> {
-    py.detach(|| pools::run(None, || Field::from_bytes(data, "data")))?.map(Sdf).map_err(|error| file_error(&error))
+    pools::run(py, None, || Field::from_bytes(data, "data"))?.map(Sdf).map_err(|error| file_error(&error))
 }

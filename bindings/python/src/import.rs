@@ -29,11 +29,11 @@ pub fn import_grid(
         (false, _) => return Err(value_error("a NanoVDB file has its own place: leave out spacing and origin")),
     };
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let imported = py.detach(|| {
+    let imported = pools::run(py, None, || {
         let bytes = std::fs::read(&path)?;
-        Ok(pools::run(None, || Field::import(&bytes, format, Source { name, ..Source::default() })))
-    });
+        Ok(Field::import(&bytes, format, Source { name, ..Source::default() }))
+    })?;
     let imported =
         imported.map_err(|error: std::io::Error| io_error(&error, &path, &format!("{}: {error}", path.display())))?;
-    imported?.map(Sdf).map_err(|error| value_error(format!("{}: {error}", path.display())))
+    imported.map(Sdf).map_err(|error| value_error(format!("{}: {error}", path.display())))
 }

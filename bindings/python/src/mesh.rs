@@ -94,6 +94,6 @@ pub fn signed_distance<'py>(
     let points = arrays::points(points, "points")?;
     let sign = sign_method(sign)?;
     let (view, rows) = (mesh.view(), points.as_slice());
-    let distances = py.detach(|| pools::run(threads, || Field::mesh_distances(view, rows, sign, Threads::ALL)));
+    let distances = pools::run(py, threads, || Field::mesh_distances(view, rows, sign, Threads::ALL));
     Ok(distances?.map_err(value_error)?.into_pyarray(py))
 }

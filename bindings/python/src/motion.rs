@@ -36,7 +36,7 @@ impl MeshClusters {
     }
 
     /// Clusters of the same faces around vertices (n, 3) that have moved against each other. Those of a rigid body need none: give
-    /// contacts its mesh_pose.
+    /// contacts its mesh_pose. Contacts are missing where clusters of vertices that moved otherwise are given: nothing checks that.
     fn refitted(&self, py: Python, vertices: &Bound<PyAny>) -> PyResult<Self> {
         let points = arrays::points(vertices, "vertices")?;
         let mesh = MeshView { points: points.as_slice(), faces: &self.faces };
@@ -86,8 +86,13 @@ impl<'a> Motion<'a> {
         }
     }
 
-    /// Refuses margins that are not one for each face, or that contacts of the field do not have.
-    pub fn check_margins(&self, field: &Field, mesh: MeshView, options: &ContactOptions) -> PyResult<()> {
+    /// Refuses clusters of other faces, margins that are not one for each face, and those that contacts of the field do not have.
+    pub fn check_mesh(&self, field: &Field, mesh: MeshView, options: &ContactOptions) -> PyResult<()> {
+        if self.clusters.is_some_and(|clusters| clusters.faces != mesh.faces) {
+            return Err(value_error(
+                "clusters: made of other faces than the mesh's, or of these in another order: make MeshClusters of this mesh",
+            ));
+        }
         let Some(margins) = self.margins.as_deref() else { return Ok(()) };
         let (count, faces) = (margins.len(), mesh.faces.len());
         if count != faces {

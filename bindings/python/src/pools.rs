@@ -1,7 +1,8 @@
 //! On which threads does a call run? On pools that are kept between calls, one for each count of threads.
 //!
 //! A process that was forked has the memory of its parent's pools but none of their threads, and would wait for them forever. So
-//! a pool belongs to the process that started it.
+//! a pool belongs to the process that started it. Pools are looked up with the interpreter's lock held, which a fork by Python waits for:
+//! it never copies the list of pools while another thread has locked it.
 
 use std::collections::BTreeMap;
 use std::process;
@@ -21,9 +22,10 @@ use crate::integers;
 /// Pools by process and count of threads; a count of 0 stands for all cores.
 static POOLS: Mutex<BTreeMap<(u32, usize), Arc<ThreadPool>>> = Mutex::new(BTreeMap::new());
 
-/// Runs `work` on so many threads; `None` stands for all cores.
-pub fn run<T: Send>(threads: Option<i64>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
-    Ok(pool(threads)?.install(work))
+/// Runs `work` on so many threads, without the interpreter's lock; `None` stands for all cores.
+pub fn run<T: Send>(py: Python, threads: Option<i64>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
+    let pool = pool(py, threads)?;
+    Ok(py.detach(|| pool.install(work)))
 }
 
 /// Elements below which a call stays on the caller's thread: to wake others takes longer.
@@ -39,7 +41,7 @@ pub fn on_threads<T: Send>(
     if threads == Some(1) || (threads.is_none() && count <= FEW) {
         return Ok(py.detach(|| work(Threads::ONE)));
     }
-    py.detach(|| run(threads, || work(Threads::ALL)))
+    run(py, threads, || work(Threads::ALL))
 }
 
 /// [`on_threads`] for what may take long: where there is more than a little to do, the caller's thread looks for signals meanwhile. Where
@@ -54,9 +56,10 @@ pub fn interruptible<T: Send>(
     if count <= FEW {
         return on_threads(py, threads, count, |threads| work(threads, cancel));
     }
-    let work = || match threads {
-        Some(1) => Ok(work(Threads::ONE, cancel)),
-        threads => run(threads, || work(Threads::ALL, cancel)),
+    let pool = if threads == Some(1) { None } else { Some(pool(py, threads)?) };
+    let work = || match pool {
+        None => work(Threads::ONE, cancel),
+        Some(pool) => pool.install(|| work(Threads::ALL, cancel)),
     };
     let (send, receive) = mpsc::channel();
     // A receiver alone must not be lent to the closure below.
@@ -68,7 +71,7 @@ pub fn interruptible<T: Send>(
             let receive = receive.lock().unwrap_or_else(PoisonError::into_inner);
             loop {
                 match receive.recv_timeout(POLL) {
-                    Ok(done) => return done,
+                    Ok(done) => return Ok(done),
                     Err(RecvTimeoutError::Timeout) => {
                         let looked = Python::attach(|py| py.check_signals());
                         looked.inspect_err(|_| cancel.store(true, Ordering::Relaxed))?;
@@ -82,7 +85,8 @@ pub fn interruptible<T: Send>(
     })
 }
 
-fn pool(threads: Option<i64>) -> PyResult<Arc<ThreadPool>> {
+/// The pool of so many threads, started where this process has none; `None` stands for all cores. Taken while the interpreter's lock is held.
+pub fn pool(_: Python, threads: Option<i64>) -> PyResult<Arc<ThreadPool>> {
     let given = |count| integers::within("threads", count, 1..=Threads::MOST as u32, ", or None for all cores");
     let count = threads.map_or(Ok(0), given)? as usize;
     let key = (process::id(), count);

@@ -11,9 +11,9 @@ use crate::errors::{type_error, value_error};
 /// Largest entry of RᵀR − 1 of a matrix that counts as a rotation: what matrices of float32 come to.
 const MAX_SKEW: f64 = 1e-5;
 
-/// The motion x = R p + t from a matrix ((R, t), (0, 1)), or from (t, q) with q = (x, y, z, w) of any length but zero.
+/// The motion x = R p + t from a matrix ((R, t), (0, 1)), or from (t, q), a tuple or a list, with q = (x, y, z, w) of any length but zero.
 pub fn rigid(pose: &Bound<PyAny>) -> PyResult<Rigid> {
-    if let Ok((translation, rotation)) = pose.extract::<(Bound<PyAny>, Bound<PyAny>)>() {
+    if let Ok([translation, rotation]) = pose.extract::<[Bound<PyAny>; 2]>() {
         let (translation, rotation) = (numbers(&translation, "pose[0]")?, numbers(&rotation, "pose[1]")?);
         return motion(translation, rotation);
     }

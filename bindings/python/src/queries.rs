@@ -30,7 +30,8 @@ impl Sdf {
     /// lean: leave out smooth normals and error bounds, in less time; points and distances are the same.
     /// budget: evaluations of auto (256) and certified (1024), iterations of other methods (32). tolerance: auto and certified end within
     /// this fraction of longest edge · slope_bound of the minimum; neither counts where exact. threads: None for all cores.
-    /// For a mesh that moves, faces alone: clusters, a MeshClusters of it, leaves out what is far from the field, with the same contacts.
+    /// For a mesh that moves, faces alone: clusters, a MeshClusters of it, leaves out what is far from the field, with the same contacts;
+    /// vertices that moved against each other need refitted clusters, which nothing checks.
     /// mesh_pose: where the frame of a rigid mesh stands; contacts are those of the mesh moved there. margins: one for each face (m,), in
     /// place of margin.
     /// device: "cpu", or "cuda" for an NVIDIA GPU, in f32: docs/gpu.md. There vertices (n, 3) of float32 and faces (m, 3) of uint32 or
@@ -89,7 +90,7 @@ impl Sdf {
             (false, None) => {
                 let mesh = Mesh::new(mesh, faces)?;
                 let view = mesh.view();
-                motion.check_margins(&self.0, view, &options)?;
+                motion.check_mesh(&self.0, view, &options)?;
                 let found = on_threads(py, threads, view.faces.len(), |threads| {
                     let found = motion.find(&self.0, view, &ContactOptions { threads, ..options });
                     Found::checked(found, view, options.elements)

@@ -136,7 +136,7 @@ impl Sdf {
 
     /// Writes a grid as .sdf.h5, a closed form as .sdf.toml: whole, or not at all. load reads the same field, bit for bit.
     fn save(&self, py: Python, #[pyo3(from_py_with = files::path)] path: PathBuf) -> PyResult<()> {
-        py.detach(|| pools::run(None, || self.0.save(path)))?.map_err(|error| match &error {
+        pools::run(py, None, || self.0.save(path))?.map_err(|error| match &error {
             SaveError::ClosedForm(cause) => file_error(cause),
             SaveError::Grid(cause) => grid_error(cause),
             _ => value_error(&error),
@@ -164,7 +164,7 @@ impl Sdf {
 
     /// The bytes that save writes; from_bytes reads them.
     fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let bytes = py.detach(|| pools::run(None, || self.0.to_bytes()))?.map_err(value_error)?;
+        let bytes = pools::run(py, None, || self.0.to_bytes())?.map_err(value_error)?;
         Ok(PyBytes::new(py, &bytes))
     }
 

@@ -54,3 +54,12 @@ def test_a_closed_form_is_sampled_on_as_many_cells_as_asked(tmp_path):
     (path,) = sdftool.sphere(1.0).export(tmp_path / "ball.npy", res=16, threads=1)
     values = np.load(path)
     assert values.shape == (25, 25, 25) and abs(values.min() + 1.0) < 1e-6
+
+
+def test_every_ending_that_the_advice_names_is_one(tmp_path):
+    with pytest.raises(ValueError, match="use a name that ends in one of") as caught:
+        sdftool.sphere(1.0).export(tmp_path / "ball.stl")
+    endings = str(caught.value).split(" one of ")[1].split(", or ")[0].split(", ")
+    assert len(endings) == 9
+    for ending in endings:
+        assert sdftool.sphere(1.0).export(tmp_path / f"ball{ending}", res=4)

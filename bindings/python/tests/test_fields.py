@@ -117,6 +117,8 @@ def test_a_matrix_and_a_quaternion_are_one_pose(body):
     by_quaternion = body.contacts(*sheet(12), pose=(pose[:3, 3], quaternion))
     assert len(by_matrix) == len(by_quaternion) > 10
     assert np.allclose(by_matrix["distance"], by_quaternion["distance"], atol=1e-12)
+    by_lists = body.contacts(*sheet(12), pose=[pose[:3, 3].tolist(), quaternion])
+    assert np.array_equal(by_lists, by_quaternion)
     by_single = body.contacts(*sheet(12), pose=pose.astype(np.float32))
     assert len(by_single) == len(by_matrix) and np.allclose(by_single["distance"], by_matrix["distance"], atol=1e-6)
     # The field moves with the pose: the mesh moved back has the same distances.

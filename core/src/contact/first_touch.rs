@@ -90,7 +90,8 @@ pub enum Touch<R: Real, const N: usize> {
     },
 }
 
-/// The search far away stops once the bound is within this fraction of the way that is left: a longer step costs more.
+/// A search stops once the bound is within this fraction of the way that is left, as the lowest value so far tells: a longer step costs
+/// more.
 const COARSE_GAP: f64 = 0.25;
 
 impl FirstTouch {
@@ -164,20 +165,24 @@ impl FirstTouch {
         // Half of the tolerance, as a fraction of longest edge · slope bound. At a point there is nothing to search.
         let unit = simplex.longest_edge().to_f64() * field.slope_bound();
         let fraction = |gap: f64| if unit > 0.0 { gap / unit } else { 0.0 };
-        let ahead = (field.value(simplex.centroid()) - thickness).to_f64();
         let finest = fraction(0.5 * self.tolerance);
-        let coarse = finest.max(fraction(COARSE_GAP * (ahead - unit)));
-        let search = |tolerance: f64, evaluations: u32| {
+        // Some point is so far above the thickness: the minimum at most.
+        let mut ahead = (field.value(simplex.centroid()) - thickness).to_f64();
+        let mut cost = 1_u32;
+        loop {
+            let tolerance = finest.max(fraction(COARSE_GAP * ahead));
+            let evaluations = left.saturating_sub(cost);
             let method = Certified { evaluations, tolerance, ..Certified::default() };
-            method.minimize_below(field, simplex, reach)
-        };
-        let first = search(coarse, left);
-        let cost = (first.evaluations.to_f64() as u32).saturating_add(1);
-        let is_tight = (first.sample.value - thickness) * R::from_f64(0.5) <= first.lower_bound - thickness;
-        if is_tight || coarse <= finest || reach < first.lower_bound || left <= cost {
-            return (first, cost);
+            let found = method.minimize_below(field, simplex, reach);
+            cost = cost.saturating_add(found.evaluations.to_f64() as u32);
+            let above = found.sample.value - thickness;
+            let is_tight = above * R::from_f64(0.5) <= found.lower_bound - thickness;
+            if is_tight || tolerance <= finest || reach < found.lower_bound || left <= cost {
+                return (found, cost);
+            }
+            // Less than half, as the bound is not tight; where rounding is all that is left, the finest search is the last.
+            let above = above.to_f64();
+            ahead = if above < 0.5 * ahead { above } else { 0.0 };
         }
-        let second = search(finest, left.saturating_sub(cost));
-        (second, cost.saturating_add(second.evaluations.to_f64() as u32))
     }
 }

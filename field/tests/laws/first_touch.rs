@@ -251,3 +251,32 @@ fn a_cancelled_search_finds_nothing() {
         }
     }
 }
+
+#[test]
+fn faces_that_are_larger_than_their_way_to_a_grid_are_not_left_open() {
+    let mut random = Random::new(test_seed(42));
+    let body = SpikedBall { levels: 3, radius: 0.6 }.mesh();
+    let mesh = MeshView { points: &body.points, faces: &body.triangles };
+    let (thickness, count) = (0.02, 300);
+    for layout in [Layout::Dense, Layout::Sparse] {
+        let options = BakeOptions { size: GridSize::Cells(40), layout, ..BakeOptions::default() };
+        let field = Field::bake(mesh, &options).unwrap().field;
+        // Nearly normally distributed, of deviation 1.
+        let normal = |random: &mut Random| [0; 3].map(|_| (0..12).map(|_| random.unit() - 0.5).sum::<f64>());
+        let (mut start, mut end) = (vec![], vec![]);
+        for _ in 0..count {
+            let (centre, way) = (Vector3::from(random.point_in_cube(1.5)), Vector3::from(normal(&mut random)));
+            for _ in 0..3 {
+                let corner = centre + Vector3::from(normal(&mut random)) * 0.2;
+                start.push(corner.into());
+                end.push((corner + way + Vector3::from(normal(&mut random)) * 0.2).into());
+            }
+        }
+        let faces: Vec<[u32; 3]> = (0..count).map(|face| [3 * face, 3 * face + 1, 3 * face + 2]).collect();
+        let path = MeshPath { start: MeshView { points: &start, faces: &faces }, end: &end };
+        let options = FirstTouchOptions { thickness, ..FirstTouchOptions::default() };
+        let open = field.first_touches(&path, &options).unwrap().undecided_count;
+        // Of such faces 31 were left open where a search went on to the tolerance wherever a face was larger than its gap.
+        assert!(100 * open <= faces.len(), "{layout:?}: {open} of {count} are left open");
+    }
+}

@@ -92,6 +92,10 @@ class Sdf:
         self, points: npt.ArrayLike, *, status: Literal[True], threads: int | None = None
     ) -> tuple[_Floats, _Floats, npt.NDArray[np.uint8]]: ...
     @overload
+    def sample(
+        self, points: npt.ArrayLike, *, status: bool, threads: int | None = None
+    ) -> tuple[_Floats, _Floats] | tuple[_Floats, _Floats, npt.NDArray[np.uint8]]: ...
+    @overload
     def contacts(
         self,
         mesh: _Mesh | npt.ArrayLike | _CardArray,
@@ -141,6 +145,31 @@ class Sdf:
         kernels: _Path | None = None,
         counts: Literal[True],
     ) -> tuple[npt.NDArray[np.void], dict[str, int | None]]: ...
+    @overload
+    def contacts(
+        self,
+        mesh: _Mesh | npt.ArrayLike | _CardArray,
+        faces: npt.ArrayLike | _CardArray | None = None,
+        *,
+        margin: float = 0.0,
+        method: _Method = "auto",
+        elements: _Elements = "faces",
+        pose: _Pose | None = None,
+        all_minima: bool = False,
+        complete: bool = False,
+        exact: bool = False,
+        one_per_feature: bool = False,
+        lean: bool = False,
+        budget: int | None = None,
+        tolerance: float = 1e-3,
+        threads: int | None = None,
+        clusters: MeshClusters | None = None,
+        mesh_pose: _Pose | None = None,
+        margins: npt.ArrayLike | None = None,
+        device: Literal["cpu", "cuda"] = "cpu",
+        kernels: _Path | None = None,
+        counts: bool,
+    ) -> npt.NDArray[np.void] | tuple[npt.NDArray[np.void], dict[str, int | None]]: ...
     def cuda_query(
         self,
         mesh: _Mesh | npt.ArrayLike | _CardArray,
@@ -184,6 +213,9 @@ class Sdf:
     def __or__(self, value: Sdf, /) -> Sdf: ...
     def __and__(self, value: Sdf, /) -> Sdf: ...
     def __sub__(self, value: Sdf, /) -> Sdf: ...
+    def __ror__(self, value: Sdf, /) -> Sdf: ...
+    def __rand__(self, value: Sdf, /) -> Sdf: ...
+    def __rsub__(self, value: Sdf, /) -> Sdf: ...
     def smooth_union(self, other: Sdf, blend: float) -> Sdf: ...
     def offset(self, distance: float) -> Sdf: ...
     def shell(self, thickness: float) -> Sdf: ...
@@ -233,7 +265,7 @@ class Sdf:
 
 @final
 class MeshClusters:
-    """The faces of a mesh in clusters of neighbours, for contacts frame after frame."""
+    """The faces of a mesh in clusters of neighbours, for contacts frame after frame; vertices that moved need refitted: nothing checks that."""
 
     def __new__(cls, mesh: _Mesh | npt.ArrayLike, faces: npt.ArrayLike | None = None) -> MeshClusters: ...
     def refitted(self, vertices: npt.ArrayLike) -> MeshClusters: ...
@@ -247,6 +279,10 @@ class CudaQuery:
     def contacts(self, *, counts: Literal[False] = False) -> npt.NDArray[np.void]: ...
     @overload
     def contacts(self, *, counts: Literal[True]) -> tuple[npt.NDArray[np.void], dict[str, int | None]]: ...
+    @overload
+    def contacts(
+        self, *, counts: bool
+    ) -> npt.NDArray[np.void] | tuple[npt.NDArray[np.void], dict[str, int | None]]: ...
     def contacts_on_card(self) -> CudaContacts: ...
     def set_points(self, points: npt.ArrayLike | _CardArray) -> None: ...
     def set_pose(self, pose: _Pose | None) -> None: ...
