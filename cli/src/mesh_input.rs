@@ -82,7 +82,8 @@ pub fn bytes(path: &Path) -> Result<Vec<u8>> {
     std::fs::read(path).with_context(|| path.display().to_string())
 }
 
-fn require_end(path: &Path) -> Result<()> {
+/// Refuses a device, which may have no end.
+pub fn require_end(path: &Path) -> Result<()> {
     if is_device(path) {
         bail!("{}: a device, which may have no end: give a regular file", path.display());
     }

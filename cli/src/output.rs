@@ -9,6 +9,7 @@ use sdf_field::Field;
 use sdf_field::file::Compression;
 use sdf_formats::contact_file::{self, ContactFormat, Record};
 use sdf_formats::field_file::files_named_in;
+use sdf_formats::try_to_write;
 
 use crate::args::Json;
 use crate::failure::misuse;
@@ -87,6 +88,7 @@ pub fn ensure_writable(output: &Path, inputs: &[&Path]) -> Result<()> {
         }
         _ => {}
     }
+    try_to_write(output).with_context(|| format!("{shown}: cannot be written"))?;
     let Ok(replaced) = fs::canonicalize(output) else { return Ok(()) };
     let is_replaced = |input: &Path| fs::canonicalize(input).is_ok_and(|input| input == replaced);
     for input in inputs {

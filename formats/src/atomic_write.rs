@@ -53,6 +53,13 @@ pub fn atomic_write<T, E: From<io::Error>>(target: &Path, write: impl FnOnce(&Pa
     Ok(written)
 }
 
+/// Can the temporary folder of a write of `target` be made? Makes and removes it: a disk or folder that may not be written is told from one
+/// that may before hours of work, not after.
+pub fn try_to_write(target: &Path) -> io::Result<()> {
+    let target = replaceable(target)?;
+    Temporary::create(folder_of(&target).join(folder_name(id(&target)))).map(drop)
+}
+
 /// Removes what killed processes left of writes of a target, as the next [`atomic_write`] of it would. For those who find
 /// the target there and do not write it again: its writer may have been killed after it had renamed the file.
 pub fn clear_leftovers(target: &Path) {

@@ -113,11 +113,11 @@ impl TriangleMesh {
         sdf_parallel::sort(&mut pairs);
         let pairs: Vec<[u32; 2]> = pairs.into_iter().map(|(key, other)| [(key >> 32) as u32, other]).collect();
         let groups: Vec<&[[u32; 2]]> = pairs.chunk_by(|a, b| a[0] == b[0]).collect();
-        let sides = Sides { mesh: &self, tree: &tree, orientations: &oriented.orientations };
+        let sides = Sides::new(&self, &tree, &oriented.orientations);
         let corners = |triangle: u32| self.corner_points(self.triangles[triangle as usize]);
         let (piece_count, max_pieces) = (AtomicUsize::new(0), MAX_PIECES[0] * self.triangles.len() + MAX_PIECES[1]);
         let divide = |group: &[[u32; 2]]| {
-            if piece_count.load(Ordering::Relaxed) > max_pieces {
+            if piece_count.load(Ordering::Relaxed) > max_pieces || sides.is_spent() {
                 return None;
             }
             let others: Vec<_> = group.iter().map(|[_, other]| corners(*other)).collect();
@@ -136,12 +136,15 @@ impl TriangleMesh {
         };
         // Whether they are too many does not depend on the order of threads.
         let divided = sdf_parallel::map(groups.len(), |group| divide(groups[group]));
-        let Some(divided) = divided.into_iter().collect::<Option<Vec<Divided>>>() else {
-            self.report.has_too_many_crossings = true;
-            return self.with_known(tree, oriented);
-        };
-        let apart = self.verdicts_apart(&oriented, &sides, &divided);
-        self.assembled(oriented, tree, &apart, &divided)
+        let divided = divided.into_iter().collect::<Option<Vec<Divided>>>();
+        let known = divided.map(|divided| (self.verdicts_apart(&oriented, &sides, &divided), divided));
+        match known {
+            Some((apart, divided)) if !sides.is_spent() => self.assembled(oriented, tree, &apart, &divided),
+            _ => {
+                self.report.has_too_many_crossings = true;
+                self.with_known(tree, oriented)
+            }
+        }
     }
 
     /// Verdict of each triangle that meets no other, as it is wound. Meaningless for the others.

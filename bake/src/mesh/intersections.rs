@@ -30,7 +30,7 @@ use crate::rounding::{DETERMINANT_ROUNDING, MIN_VOLUME};
 use crate::simd::LANES;
 use crate::triangle::area_vector;
 use corners_x8::{CornersX8, FindNotApart};
-pub(in crate::mesh) use rays::{RAYS, crossing, ray_crossings, ray_end};
+pub(in crate::mesh) use rays::{RAYS, crossing, ray_crossings, ray_end, winding_along};
 pub(crate) use rays::{whole_winding_number, winding_change};
 
 /// Triangles that are compared with one list of others: neighbours in the tree's order, and so in space.

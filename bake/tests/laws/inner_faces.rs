@@ -358,3 +358,17 @@ fn too_many_crossings_are_kept_and_said() {
     assert!(kept.report().has_too_many_crossings, "{:?}", kept.report());
     assert_eq!(kept.triangle_count(), flat.triangle_count());
 }
+
+/// Most of the mesh lies within the rounding of a far corner, so that each ray comes near to most of it and touches an edge.
+#[test]
+fn a_far_corner_does_not_make_rays_go_on_for_long() {
+    let mut random = Random::from_env();
+    let mut far = meshes::icosphere(4);
+    for _ in 0..20 {
+        let corner = random.below(far.points.len());
+        far.points[corner] = random.point_in_cube(1.0) * 10.0_f64.powf(random.between(10.0, 29.0));
+    }
+    let mesh = far.baked().without_inner_faces();
+    assert!(mesh.report().has_too_many_crossings, "{:?}", mesh.report());
+    assert_eq!(mesh.triangle_count(), far.triangles.len());
+}

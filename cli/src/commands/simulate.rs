@@ -256,7 +256,9 @@ fn suite(args: &SimulateArgs) -> Result<()> {
     let entries =
         std::fs::read_dir(&folder).with_context(|| format!("{}: give a folder of scenes", folder.display()))?;
     let files = entries.filter_map(|entry| Some(entry.ok()?.path()));
-    let mut scenes: Vec<PathBuf> = files.filter(|path| kind(path) == Some("toml")).collect();
+    // Fields in closed form lie beside the scenes that name them.
+    let is_field = |path: &Path| path.to_str().is_some_and(|path| path.ends_with(".sdf.toml"));
+    let mut scenes: Vec<PathBuf> = files.filter(|path| kind(path) == Some("toml") && !is_field(path)).collect();
     scenes.sort();
     if scenes.is_empty() {
         bail!("{}: has no scenes: give a folder with TOML files", folder.display());

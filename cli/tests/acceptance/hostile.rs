@@ -122,5 +122,6 @@ fn an_endless_file_is_refused_as_a_field() {
     let folder = scene();
     let started = Instant::now();
     says(&folder.refused("info /dev/zero"), &["/dev/zero", "TOML"]);
+    says(&folder.refused("eval cube.sdf.h5 --points /dev/zero"), &["/dev/zero", "a device"]);
     assert!(started.elapsed().as_secs() < 20);
 }

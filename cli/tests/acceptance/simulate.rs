@@ -147,6 +147,8 @@ fn all_scenes_of_a_folder_make_a_report() {
     let folder = folder();
     std::fs::create_dir(folder.at("mine")).unwrap();
     folder.write("mine/a.toml", SCENE.replace("file = \"ball.sdf.toml\"", "file = \"../ball.sdf.toml\""));
+    // A field beside the scenes is none of them.
+    std::fs::copy(folder.at("ball.sdf.toml"), folder.at("mine/ball.sdf.toml")).unwrap();
     let lines = folder.done("simulate mine --suite --small --methods auto,vertices --json -o report");
     assert_eq!(lines.lines().filter(|line| line.contains("\"schema\":\"sdftool.simulate/1\"")).count(), 2, "{lines}");
     let report = String::from_utf8(folder.read("report/report.md")).unwrap();

@@ -85,7 +85,9 @@ fn first_grid(bytes: &[u8]) -> Result<Bytes<'_>, ImportError> {
     }
     let codec = file.u32(12)? >> 16;
     if codec != 0 {
-        return refused("it is packed: write it again without a codec, as by `nanovdb_convert -c none`");
+        return refused(
+            "it is packed: unpack it by `nanovdb_convert packed.nvdb t.vdb` and `nanovdb_convert t.vdb unpacked.nvdb`",
+        );
     }
     // The metadata of all grids, each with its name, stand before the first grid.
     let grids = file.u32(12)? & 0xffff;

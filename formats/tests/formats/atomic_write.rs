@@ -5,7 +5,7 @@ use std::io::{self, Error};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use sdf_formats::{atomic_write, grid_file, remove_temporaries};
+use sdf_formats::{atomic_write, grid_file, remove_temporaries, try_to_write};
 use tempfile::TempDir;
 
 use crate::grid_samples::{DENSE, Made, about};
@@ -31,6 +31,15 @@ impl OldFile {
     fn file_count(&self) -> usize {
         fs::read_dir(&self.folder).unwrap().count()
     }
+}
+
+#[test]
+fn a_tried_write_leaves_nothing() {
+    let old = OldFile::new();
+    try_to_write(&old.path).unwrap();
+    try_to_write(&old.folder.path().join("new.txt")).unwrap();
+    assert!(try_to_write(&old.folder.path().join("missing/new.txt")).is_err());
+    assert!(old.is_unchanged());
 }
 
 #[test]

@@ -12,13 +12,14 @@
 //! that distance, as where the side of a box ends on the piece, unless the piece itself is narrower than that distance.
 
 use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use sdf_core::nalgebra::Vector3;
 
 use super::pieces::{Piece, side_of};
 use crate::TriangleMesh;
 use crate::bvh::Bvh;
-use crate::mesh::intersections::{crossing, have_common_point, whole_winding_number};
+use crate::mesh::intersections::{RAYS, crossing, have_common_point, ray_end, winding_along};
 use crate::triangle::area_vector;
 
 /// Distances of p and q from the piece, as fractions of the way from its middle to its edges.
@@ -35,6 +36,13 @@ const SHRUNK: f64 = 1e-9;
 
 /// Triangles at most that are compared with a piece.
 const MAX_NEAR: usize = 4096;
+
+/// Triangles that a ray may come near to without being counted, if it touches no edge: in a mesh of a surface there are some dozens.
+const USUAL_TESTS: usize = 256;
+
+/// Triangles beyond that, of all rays together: so many for each of the mesh, and some more for small ones. Only where most of a mesh lies
+/// within the rounding of a far corner are there more, and each takes long.
+const MAX_TESTS: [usize; 2] = [64, 1 << 18];
 
 /// Corners that no triangle of a mesh has.
 const NO_CORNERS: [u32; 3] = [u32::MAX; 3];
@@ -78,9 +86,21 @@ pub(super) struct Sides<'a> {
     pub tree: &'a Bvh,
     /// Orientation of each triangle of the mesh.
     pub orientations: &'a [f64],
+    /// Triangles that rays came near to so far, beyond the usual.
+    pub tests: AtomicUsize,
 }
 
-impl Sides<'_> {
+impl<'a> Sides<'a> {
+    pub fn new(mesh: &'a TriangleMesh, tree: &'a Bvh, orientations: &'a [f64]) -> Self {
+        Self { mesh, tree, orientations, tests: AtomicUsize::new(0) }
+    }
+
+    /// Have rays come near to more triangles than they do in meshes of surfaces? Then verdicts mean nothing. It does not depend on the
+    /// order of threads once all of them are done.
+    pub fn is_spent(&self) -> bool {
+        MAX_TESTS[0] * self.mesh.triangles.len() + MAX_TESTS[1] < self.tests.load(Ordering::Relaxed)
+    }
+
     pub fn verdict(&self, face: [Vector3<f64>; 3], piece: &Piece) -> Verdict {
         let middle = piece.corners.iter().sum::<Vector3<f64>>() / piece.corners.len() as f64;
         let Some(normal) = area_vector(face).try_normalize(0.0) else { return Verdict::UNKNOWN };
@@ -152,9 +172,21 @@ impl Sides<'_> {
         Some(Verdict { inside: [front, front + change].map(|winding| winding != 0), is_certain: true })
     }
 
+    /// `None` also once rays are spent.
     fn winding_number(&self, from: Vector3<f64>) -> Option<i32> {
         let orientation = |slot: usize| self.orientations[self.tree.triangles[slot] as usize];
-        whole_winding_number(self.tree, from, &self.mesh.bounds, orientation)
+        (0..RAYS).take_while(|_| !self.is_spent()).find_map(|ray| {
+            let mut tests = 0_usize;
+            let is_counted = |slot| {
+                tests += 1;
+                orientation(slot) != 0.0
+            };
+            let winding =
+                winding_along(self.tree, from, ray_end(from, &self.mesh.bounds, ray), is_counted, orientation);
+            let usual = if winding.is_some() { USUAL_TESTS } else { 0 };
+            self.tests.fetch_add(tests.saturating_sub(usual), Ordering::Relaxed);
+            winding
+        })
     }
 }
 

@@ -42,10 +42,20 @@ pub(crate) fn whole_winding_number(
     bounds: &Aabb,
     orientation: impl Fn(usize) -> f64,
 ) -> Option<i32> {
-    (0..RAYS).find_map(|ray| {
-        let crossings = ray_crossings(tree, [from, ray_end(from, bounds, ray)], |slot| orientation(slot) != 0.0)?;
-        Some(crossings.iter().map(|(slot, crossing)| -(crossing * orientation(*slot)) as i32).sum())
-    })
+    let is_counted = |slot| orientation(slot) != 0.0;
+    (0..RAYS).find_map(|ray| winding_along(tree, from, ray_end(from, bounds, ray), is_counted, &orientation))
+}
+
+/// Winding number at a point, by one ray to an end outside of the mesh. `None` if it touches an edge.
+pub(in crate::mesh) fn winding_along(
+    tree: &Bvh,
+    from: Vector3<f64>,
+    end: Vector3<f64>,
+    is_counted: impl FnMut(usize) -> bool,
+    orientation: impl Fn(usize) -> f64,
+) -> Option<i32> {
+    let crossings = ray_crossings(tree, [from, end], is_counted)?;
+    Some(crossings.iter().map(|(slot, crossing)| -(crossing * orientation(*slot)) as i32).sum())
 }
 
 /// Slots of the counted triangles that a segment crosses, each with 1 if it does so from the front, −1 from the back. `None` if the segment
@@ -53,7 +63,7 @@ pub(crate) fn whole_winding_number(
 pub(in crate::mesh) fn ray_crossings(
     tree: &Bvh,
     segment: [Vector3<f64>; 2],
-    is_counted: impl Fn(usize) -> bool,
+    mut is_counted: impl FnMut(usize) -> bool,
 ) -> Option<Vec<(usize, f64)>> {
     let mut crossings = Some(vec![]);
     tree.visit_along(segment, |slot| {
