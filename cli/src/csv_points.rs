@@ -3,15 +3,12 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 
-use crate::mesh_input::require_end;
-
 /// The points of a file, or of standard input.
 pub fn read(path: &Path) -> Result<Vec<[f64; 3]>> {
     let shown = path.display().to_string();
     if path == Path::new("-") {
         return read_from(std::io::stdin(), &shown);
     }
-    require_end(path)?;
     read_from(std::fs::File::open(path).with_context(|| shown.clone())?, &shown)
 }
 

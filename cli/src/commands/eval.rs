@@ -11,6 +11,7 @@ use serde::{Serialize, Serializer};
 use crate::args::EvalArgs;
 use crate::failure::misuse;
 use crate::mesh_input::is_standard_input;
+use crate::mesh_input::require_end;
 use crate::read_summary::ReadSummary;
 use crate::report::print_json;
 use crate::standard_output::to_stdout;
@@ -21,6 +22,7 @@ pub fn run(args: &EvalArgs) -> Result<()> {
         misuse!("the field and the points cannot both be standard input: name a file for one");
     }
     let field = field_input::open(&args.sdf)?;
+    require_end(&args.points)?;
     let points = csv_points::read(&args.points)?;
     match field {
         OpenField::Grid(reader) => {
