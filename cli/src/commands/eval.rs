@@ -10,8 +10,7 @@ use serde::{Serialize, Serializer};
 
 use crate::args::EvalArgs;
 use crate::failure::misuse;
-use crate::mesh_input::is_standard_input;
-use crate::mesh_input::require_end;
+use crate::mesh_input::{is_standard_input, require_end};
 use crate::read_summary::ReadSummary;
 use crate::report::print_json;
 use crate::standard_output::to_stdout;
