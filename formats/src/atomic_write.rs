@@ -53,8 +53,8 @@ pub fn atomic_write<T, E: From<io::Error>>(target: &Path, write: impl FnOnce(&Pa
     Ok(written)
 }
 
-/// Can the temporary folder of a write of `target` be made? Makes and removes it: a disk or folder that may not be written is told from one
-/// that may before hours of work, not after.
+/// Creates the temporary folder of a write of `target` and removes it. Call it before long work: an error shows at once that the target
+/// cannot be written.
 pub fn try_to_write(target: &Path) -> io::Result<()> {
     let target = replaceable(target)?;
     Temporary::create(folder_of(&target).join(folder_name(id(&target)))).map(drop)

@@ -94,7 +94,7 @@ fn a_target_that_cannot_be_replaced_is_refused_before_any_work() {
     says(&folder.refused("demo -o ball.obj"), &["ball.obj"]);
     std::os::unix::fs::symlink("/dev/null", folder.at("null.png")).unwrap();
     says(&folder.refused("slice small.sdf.h5 -o null.png"), &["null.png", "not a regular file"]);
-    // A link into a folder that is missing is told before the mesh, which is missing, too.
+    // The link leads into a folder that does not exist. The error names it, not the mesh, which does not exist either.
     std::os::unix::fs::symlink("missing/there.sdf.h5", folder.at("link.sdf.h5")).unwrap();
     says(&folder.refused("bake none.obj --res 8 -o link.sdf.h5"), &["link.sdf.h5", "cannot be written"]);
 }

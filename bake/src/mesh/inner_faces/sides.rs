@@ -87,7 +87,7 @@ pub(super) struct Sides<'a> {
     /// Orientation of each triangle of the mesh.
     pub orientations: &'a [f64],
     /// Triangles that rays came near to so far, beyond the usual.
-    pub tests: AtomicUsize,
+    tests: AtomicUsize,
 }
 
 impl<'a> Sides<'a> {
