@@ -64,6 +64,13 @@ pub enum Progress {
     Done(u64),
 }
 
+impl Baked {
+    /// The side of a voxel, where the mesh is closed and no node is inside of its solid: contacts with it are not found. `None` of others.
+    pub fn thin_voxel(&self) -> Option<f64> {
+        inside::thin_voxel(self.is_proven, self.has_inside, self.field.grid()?.lattice())
+    }
+}
+
 impl Field {
     /// Bakes a mesh into a grid of exact signed distances.
     pub fn bake(mesh: MeshView, options: &BakeOptions) -> Result<Baked, BakeError> {

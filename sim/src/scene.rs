@@ -24,7 +24,7 @@ mod spec;
 mod vary;
 
 pub use animation::Animation;
-pub use build::Stage;
+pub use build::{Obstacles, Stage};
 pub use figures::{Figures, Seconds};
 pub use mesh_spec::MeshSpec;
 pub use run::{ElementMethod, UnknownMethod, run};

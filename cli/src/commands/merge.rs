@@ -27,10 +27,10 @@ pub fn run(args: &MergeArgs) -> Result<()> {
 }
 
 fn report(args: &MergeArgs, grid: &GridOnDisk, time: f64) -> Report<Value> {
-    let GridOnDisk { lattice, info, precision, slope_bound, slots, is_proven, has_inside, .. } = grid;
+    let GridOnDisk { lattice, info, precision, slope_bound, slots, is_proven, .. } = grid;
     let file = fs::metadata(&args.output).map_or(0, |file| file.len());
     let proof = if *is_proven { "proven" } else { "proven except where the sign changes unseen within a cell" };
-    let warning = warning(*is_proven, *has_inside, lattice);
+    let warning = warning(grid.thin_voxel());
     let mut rows = vec![
         ("mesh", format!("{}, {}", info.source.name, counted(info.source.triangles, "triangle"))),
         ("grid", format!("{} nodes, spacing {}", counts(lattice.nodes()), number(lattice.spacing()))),

@@ -214,7 +214,7 @@ fn object(path: &Path, spec: &SceneSpec, method: &MethodWord, outcome: &Outcome)
         "worse": outcome.worse,
         "must_fail": spec.fails.get(&method.word),
         "missed": outcome.missed,
-        "warnings": outcome.worst.warnings(),
+        "warnings": outcome.warnings,
     });
     if let (Value::Object(all), Ok(Value::Object(figures))) = (&mut object, serde_json::to_value(&outcome.worst)) {
         all.extend(figures);
@@ -245,7 +245,7 @@ fn rows(spec: &SceneSpec, outcome: &Outcome) -> Vec<(&'static str, String)> {
     if outcome.runs > 1 {
         rows.insert(1, ("runs", format!("{}: {} free at the end, {} calm", outcome.runs, outcome.freed, outcome.calm)));
     }
-    rows.extend(figures.warnings().into_iter().map(|line| ("warning", line)));
+    rows.extend(outcome.warnings.iter().map(|line| ("warning", line.clone())));
     rows.push(("missed", if missed.is_empty() { "nothing".to_owned() } else { missed.join("; ") }));
     rows
 }

@@ -120,6 +120,37 @@ fn each_figure_is_explained_in_the_document() {
     assert_eq!(object["warnings"], serde_json::json!([]));
 }
 
+/// The plate is 0.01 thick; its voxels are 1 / 32 with 64 cells, and 1 / 256 with 512.
+#[test]
+fn a_body_that_is_thinner_than_its_voxels_is_warned_of() {
+    let folder = Folder::new();
+    folder.write("plate.obj", Model::cube().moved(|[x, y, z]| [2.0 * x, 2.0 * y, 0.01 * z]).obj());
+    let scene = |bodies: &str| format!("title = 'thin'\nframes = 1\n{bodies}");
+    let sphere = "[[obstacle]]\nshape = \"field = { shape = 'sphere', radius = 0.1 }\"\n";
+    let plate = "mesh.file = 'plate.obj'\n";
+    let soft = format!("[[soft]]\n{plate}cell = 0.5\ndensity = 1.0\nyoung = 1e3\npoisson = 0.3\n");
+    let warning =
+        "no node is inside the solid: it is thinner than a voxel of 3.12e-2: others pass through it: give more cells";
+    for (bodies, more, name) in [
+        (
+            format!("{sphere}[[obstacle]]\nmesh.cuboid = {{ half = [1.0, 1.0, 0.005] }}\n"),
+            "cells = 512\n",
+            "obstacle 2",
+        ),
+        (format!("{sphere}[[rigid]]\nstart.translate = [0.0, 0.0, 5.0]\n{plate}"), "cells = 512\n", "rigid 0"),
+        (format!("{soft}cells = 64\n"), "", "soft 0"),
+    ] {
+        folder.write("thin.toml", scene(&bodies));
+        let object = folder.json("simulate thin.toml");
+        assert_eq!(object["warnings"], serde_json::json!([format!("{name}: {warning}")]), "{name}");
+        says(&folder.done("simulate thin.toml"), &["warning  ", name, warning]);
+        if !more.is_empty() {
+            folder.write("thin.toml", scene(&bodies) + more);
+            assert_eq!(folder.json("simulate thin.toml")["warnings"], serde_json::json!([]), "{name}");
+        }
+    }
+}
+
 /// Faces that are deep from the start are not worse at the end, also in a scene of one run.
 #[test]
 fn what_is_deep_from_the_start_is_not_worse() {

@@ -7,7 +7,7 @@ use sdf_core::grid::Lattice;
 use sdf_core::grid::owned::Precision;
 use sdf_formats::grid_file::{GridFault, GridFileError};
 
-use super::BakeError;
+use super::{BakeError, inside};
 use crate::info::GridInfo;
 
 /// Bricks whose samples are in memory at a time: 2 MiB of u16, of which three copies may be there, and more of their neighbours. With
@@ -33,6 +33,13 @@ pub struct GridOnDisk {
     pub is_proven: bool,
     /// Is a node inside? As [`Baked::has_inside`](super::Baked::has_inside); `true` of a part, which does not tell.
     pub has_inside: bool,
+}
+
+impl GridOnDisk {
+    /// As [`Baked::thin_voxel`](super::Baked::thin_voxel).
+    pub fn thin_voxel(&self) -> Option<f64> {
+        inside::thin_voxel(self.is_proven, self.has_inside, &self.lattice)
+    }
 }
 
 /// Why a mesh is not in its file.

@@ -35,6 +35,17 @@ pub struct Stage {
     pub cages: Vec<CagedBody>,
     /// Time since the start.
     pub time: f64,
+    /// Reasons why figures of its runs may say little, a line each.
+    pub warnings: Vec<String>,
+}
+
+/// The fields that nothing moves, without closed forms that change.
+#[derive(Clone, Debug, Default)]
+pub struct Obstacles {
+    /// The fields, in the order of the scene.
+    pub fields: Vec<Field>,
+    /// Warnings of these, a line each, for the stage.
+    pub warnings: Vec<String>,
 }
 
 impl Stage {
@@ -45,11 +56,14 @@ impl Stage {
     }
 
     /// The fields that nothing moves: what takes longest, and variants of a scene share it.
-    pub fn obstacles(spec: &SceneSpec, folder: &Path, threads: Threads) -> Result<Vec<Field>, SceneError> {
-        let field = |(number, obstacle): (usize, &ObstacleSpec)| {
-            obstacle_field(obstacle, folder, threads).map_err(|message| invalid_obstacle(spec, number, &message))
-        };
-        (1..).zip(&spec.obstacle).filter(|(_, spec)| spec.becomes.is_none()).map(field).collect()
+    pub fn obstacles(spec: &SceneSpec, folder: &Path, threads: Threads) -> Result<Obstacles, SceneError> {
+        let mut obstacles = Obstacles::default();
+        for (number, obstacle) in (1..).zip(&spec.obstacle).filter(|(_, spec)| spec.becomes.is_none()) {
+            let name = format!("obstacle {number}");
+            let field = obstacle_field(&name, obstacle, folder, threads, &mut obstacles.warnings);
+            obstacles.fields.push(field.map_err(|message| invalid_obstacle(spec, number, &message))?);
+        }
+        Ok(obstacles)
     }
 
     /// Builds a scene with obstacles that are there already.
@@ -57,7 +71,7 @@ impl Stage {
         spec: &SceneSpec,
         folder: &Path,
         threads: Threads,
-        obstacles: Vec<Field>,
+        obstacles: Obstacles,
     ) -> Result<Self, SceneError> {
         let mut world = World::new(spec.gravity);
         world.drag = spec.drag;
@@ -69,8 +83,9 @@ impl Stage {
             animation(obstacle).map_err(|message| invalid_obstacle(spec, number, &message)).transpose()
         };
         let animations = (1..).zip(&spec.obstacle).filter_map(animation).collect::<Result<_, _>>()?;
+        let Obstacles { fields: obstacles, warnings } = obstacles;
         let mut stage =
-            Self { world, surfaces: vec![], obstacles, animations, fields: vec![], cages: vec![], time: 0.0 };
+            Self { world, surfaces: vec![], obstacles, animations, fields: vec![], cages: vec![], time: 0.0, warnings };
         stage.fill(spec, folder, threads).map_err(|message| invalid(&spec.title, message))?;
         Ok(stage)
     }
@@ -110,7 +125,8 @@ impl Stage {
                      close the mesh, or make it a cloth or an obstacle"
                 ));
             }
-            self.add_rigid(rigid, &mesh, threads, &mut random).map_err(|message| format!("{name}: {message}"))?;
+            self.add_rigid(&name, rigid, &mesh, threads, &mut random)
+                .map_err(|message| format!("{name}: {message}"))?;
         }
         for (index, soft) in spec.soft.iter().enumerate() {
             let (mesh, name) = (soft.mesh.mesh(folder)?, format!("soft {index}"));
@@ -119,13 +135,14 @@ impl Stage {
             if !mesh.points.is_empty() {
                 budget.add_cubes(&name, soft::cube_count(&mesh.points, soft.cell, soft.padding))?;
             }
-            self.add_soft(soft, &mesh, threads, &mut random).map_err(|message| format!("{name}: {message}"))?;
+            self.add_soft(&name, soft, &mesh, threads, &mut random).map_err(|message| format!("{name}: {message}"))?;
         }
         Ok(())
     }
 
     fn add_rigid(
         &mut self,
+        name: &str,
         spec: &RigidSpec,
         mesh: &Mesh,
         threads: Threads,
@@ -137,7 +154,10 @@ impl Stage {
             MeshSpec::Cuboid(cuboid) => {
                 Field::new(sdf_core::shapes::Cuboid::new(cuboid.half).ok_or("a box without sides")?)
             }
-            _ => bake(&Mesh { points: points.clone(), ..mesh.clone() }, spec.cells, threads)?,
+            _ => {
+                let mesh = Mesh { points: points.clone(), ..mesh.clone() };
+                bake(name, &mesh, spec.cells, threads, &mut self.warnings)?
+            }
         };
         let points: Arc<[_]> = points.into();
         let carrier = |id: u32| Carrier::Body { id, points: points.clone() };
@@ -163,8 +183,15 @@ impl Stage {
         Ok(())
     }
 
-    fn add_soft(&mut self, spec: &SoftSpec, mesh: &Mesh, threads: Threads, random: &mut Random) -> Result<(), String> {
-        let field = bake(mesh, spec.cells, threads)?;
+    fn add_soft(
+        &mut self,
+        name: &str,
+        spec: &SoftSpec,
+        mesh: &Mesh,
+        threads: Threads,
+        random: &mut Random,
+    ) -> Result<(), String> {
+        let field = bake(name, mesh, spec.cells, threads, &mut self.warnings)?;
         let matter = soft::Matter { density: spec.density, young: spec.young, poisson: spec.poisson };
         // A cube whose center is farther than this has no point within the padding.
         let reach = if spec.padding > 0.0 { spec.padding + 0.5 * 3_f64.sqrt() * spec.cell } else { 0.0 };
@@ -220,10 +247,18 @@ fn invalid_obstacle(spec: &SceneSpec, number: usize, message: &str) -> SceneErro
     invalid(&spec.title, format!("obstacle {number}: {message}"))
 }
 
-fn bake(mesh: &Mesh, cells: u32, threads: Threads) -> Result<Field, String> {
+/// Bakes the mesh of what is called `name`, and warns of a solid that no node of its grid is inside of.
+fn bake(name: &str, mesh: &Mesh, cells: u32, threads: Threads, warnings: &mut Vec<String>) -> Result<Field, String> {
     let options = BakeOptions { size: GridSize::Cells(cells), threads, ..BakeOptions::default() };
     let view = MeshView { points: &mesh.points, faces: &mesh.triangles };
-    Ok(Field::bake(view, &options).map_err(|error| error.to_string())?.field)
+    let baked = Field::bake(view, &options).map_err(|error| error.to_string())?;
+    warnings.extend(baked.thin_voxel().map(|voxel| {
+        format!(
+            "{name}: no node is inside the solid: it is thinner than a voxel of {voxel:.2e}: others pass \
+             through it: give more cells"
+        )
+    }));
+    Ok(baked.field)
 }
 
 /// The closed form of an obstacle that changes; `None` of one that does not.
@@ -241,12 +276,18 @@ fn closed_form(text: &str) -> Result<Field, String> {
     Ok(Field::new(shape.map_err(|error| error.to_string())?))
 }
 
-fn obstacle_field(spec: &ObstacleSpec, folder: &Path, threads: Threads) -> Result<Field, String> {
+fn obstacle_field(
+    name: &str,
+    spec: &ObstacleSpec,
+    folder: &Path,
+    threads: Threads,
+    warnings: &mut Vec<String>,
+) -> Result<Field, String> {
     let field = match (&spec.mesh, &spec.shape, &spec.file) {
         (Some(mesh), _, _) => {
             let [x, y, z] = spec.translate;
             let mesh = mesh.mesh(folder)?.transformed(|point| [point[0] + x, point[1] + y, point[2] + z]);
-            return bake(&mesh, spec.cells, threads);
+            return bake(name, &mesh, spec.cells, threads, warnings);
         }
         (_, Some(text), _) => closed_form(text)?,
         (_, _, Some(file)) => Field::open(regular_file(folder, file)?).map_err(|error| error.to_string())?,

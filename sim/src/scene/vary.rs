@@ -27,6 +27,8 @@ pub struct Outcome {
     pub worse: usize,
     /// Wanted figures that were missed: value and limit.
     pub missed: BTreeMap<&'static str, [f64; 2]>,
+    /// Reasons why the other figures may say little, a line each: those of the stage, then those of the worst figures.
+    pub warnings: Vec<String>,
 }
 
 impl Outcome {
@@ -109,7 +111,7 @@ pub fn run_all(
     mut on_frame: impl FnMut(usize, u32, &Stage) -> ControlFlow<()>,
 ) -> Result<Outcome, SceneError> {
     let obstacles = Stage::obstacles(spec, folder, threads)?;
-    let mut all: Option<Outcome> = None;
+    let (mut all, mut warnings): (Option<Outcome>, _) = (None, vec![]);
     for (index, variant) in variants(spec).step_by(stride.max(1)).enumerate() {
         let mut stage = Stage::with_obstacles(&variant, folder, threads, obstacles.clone())?;
         if let [ratio] = variant.vary.mass_ratio[..] {
@@ -133,13 +135,17 @@ pub fn run_all(
             calm: so_far.as_ref().map_or(0, |so_far| so_far.calm) + usize::from(is_calm),
             worse: so_far.as_ref().map_or(0, |so_far| so_far.worse) + usize::from(is_worse),
             missed: BTreeMap::new(),
+            warnings: vec![],
         });
+        // Those of every variant: its bodies are the same.
+        warnings = stage.warnings;
         if is_ended {
             break;
         }
     }
     let mut all = all.ok_or_else(|| invalid(&spec.title, "a list of values to vary has no runs"))?;
     all.missed = all.worst.missed(&spec.reach);
+    all.warnings = [warnings, all.worst.warnings()].concat();
     for (name, count, least) in [("freed", all.freed, spec.reach.freed), ("calm", all.calm, spec.reach.calm)] {
         let share = count as f64 / all.runs as f64;
         if let Some(least) = least.filter(|least| share < *least) {

@@ -27,7 +27,7 @@ pub struct GridFacts<'a> {
     mesh: &'a MeshReport,
     topology: &'a Topology,
     is_proven: bool,
-    has_inside: bool,
+    thin_voxel: Option<f64>,
     /// Regions of the error of an open mesh.
     regions: Option<&'a ErrorRegions>,
 }
@@ -48,7 +48,7 @@ impl<'a> GridFacts<'a> {
             mesh: &baked.mesh,
             topology: &baked.topology,
             is_proven: baked.is_proven,
-            has_inside: baked.has_inside,
+            thin_voxel: baked.thin_voxel(),
             regions: baked.regions.as_ref(),
         })
     }
@@ -64,13 +64,13 @@ impl<'a> GridFacts<'a> {
             mesh,
             topology,
             is_proven: grid.is_proven,
-            has_inside: grid.has_inside,
+            thin_voxel: grid.thin_voxel(),
             regions: grid.info.error_regions.as_ref(),
         }
     }
 
     fn warning(&self) -> Option<String> {
-        warning(self.is_proven, self.has_inside, &self.lattice)
+        warning(self.thin_voxel)
     }
 
     fn layout(&self) -> Layout {
@@ -79,10 +79,9 @@ impl<'a> GridFacts<'a> {
 }
 
 /// Says of a closed mesh that its solid has no node inside.
-pub fn warning(is_closed: bool, has_inside: bool, lattice: &Lattice) -> Option<String> {
-    let voxel = number(lattice.spacing());
-    let thin = format!("no node is inside the solid: it is thinner than a voxel of {voxel}: bake with smaller voxels");
-    (is_closed && !has_inside).then_some(thin)
+pub fn warning(thin_voxel: Option<f64>) -> Option<String> {
+    let voxel = number(thin_voxel?);
+    Some(format!("no node is inside the solid: it is thinner than a voxel of {voxel}: bake with smaller voxels"))
 }
 
 type Rows = Vec<(&'static str, String)>;
