@@ -59,13 +59,13 @@ impl Recording {
         let mut first = 0;
         let (mut edge_bodies, mut face_bodies) = (vec![], vec![]);
         for (body, surface) in (0..).zip(&stage.surfaces) {
-            recording.faces.extend(surface.faces.iter().map(|face| face.map(|vertex| first + vertex)));
+            recording.faces.extend(surface.recorded_faces().iter().map(|face| face.map(|vertex| first + vertex)));
             face_bodies.resize(recording.faces.len(), body);
             if surface.faces.is_empty() {
                 recording.edges.extend(surface.edges.iter().map(|edge| edge.map(|vertex| first + vertex)));
                 edge_bodies.resize(recording.edges.len(), body);
             }
-            first += surface.vertex_count() as u32;
+            first += surface.recorded_count() as u32;
         }
         recording.body_face_count = recording.faces.len();
         for (body, shape) in (stage.surfaces.len() as u32..).zip(&stage.animations) {
@@ -89,7 +89,7 @@ impl Recording {
         for (outline, shape) in self.outlines.iter_mut().zip(&stage.animations) {
             outline.settle(&shape.at(stage.time));
         }
-        let bodies = stage.surfaces.iter().flat_map(|surface| surface.points(&stage.world));
+        let bodies = stage.surfaces.iter().flat_map(|surface| surface.recorded_points(&stage.world));
         let obstacles = self.outlines.iter().flat_map(|outline| &outline.points).copied();
         self.frames.push(bodies.chain(obstacles).map(|point| point.map(|x| x as f32)).collect());
     }

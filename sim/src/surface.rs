@@ -45,6 +45,17 @@ pub struct Surface {
     /// Knowledge of a rigid body's faces.
     rigid: Option<Arc<RigidSkin>>,
     vertex_count: usize,
+    /// The mesh as recordings have it, where it differs from this one.
+    given: Option<Arc<Given>>,
+}
+
+/// A mesh before its points were welded.
+#[derive(Debug, PartialEq)]
+struct Given {
+    /// For each point the vertex of the surface.
+    vertices: Vec<u32>,
+    /// Triangles of these points.
+    faces: Vec<[u32; 3]>,
 }
 
 #[derive(Debug, PartialEq)]
@@ -90,6 +101,7 @@ impl Surface {
             around_starts: around_starts.into(),
             rigid,
             vertex_count,
+            given: None,
         }
     }
 
@@ -106,6 +118,31 @@ impl Surface {
             around_starts,
             rigid: None,
             vertex_count,
+            given: None,
+        }
+    }
+
+    /// Recordings have these points, each a vertex of the surface, and these triangles of them.
+    pub(crate) fn recorded_as(self, vertices: Vec<u32>, faces: Vec<[u32; 3]>) -> Self {
+        Self { given: Some(Arc::new(Given { vertices, faces })), ..self }
+    }
+
+    /// The triangles as recordings have them.
+    pub(crate) fn recorded_faces(&self) -> &[[u32; 3]] {
+        self.given.as_ref().map_or(&self.faces, |given| &given.faces)
+    }
+
+    /// How many points recordings have.
+    pub(crate) fn recorded_count(&self) -> usize {
+        self.given.as_ref().map_or(self.vertex_count, |given| given.vertices.len())
+    }
+
+    /// The points as recordings have them.
+    pub(crate) fn recorded_points(&self, world: &World) -> Vec<[f64; 3]> {
+        let points = self.points(world);
+        match &self.given {
+            Some(given) => given.vertices.iter().map(|vertex| points[*vertex as usize]).collect(),
+            None => points,
         }
     }
 

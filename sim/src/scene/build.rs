@@ -11,8 +11,8 @@ use sdf_procedural::{Mesh, random::Random};
 
 use super::animation::Animation;
 use super::budget::Budget;
-use super::mesh_spec::{MeshSpec, open_edges, regular_file};
-use super::spec::{ObstacleSpec, RigidSpec, SceneSpec, SoftSpec, Start};
+use super::mesh_spec::{MeshSpec, open_edges, regular_file, weld};
+use super::spec::{ClothSpec, ObstacleSpec, RigidSpec, SceneSpec, SoftSpec, Start};
 use super::{SceneError, invalid};
 use crate::surface::{Carrier, Surface};
 use crate::world::World;
@@ -93,27 +93,12 @@ impl Stage {
     fn fill(&mut self, spec: &SceneSpec, folder: &Path, threads: Threads) -> Result<(), String> {
         let (mut random, mut budget) = (Random::new(spec.seed), Budget::default());
         for (index, cloth) in spec.cloth.iter().enumerate() {
-            let mesh = cloth.mesh.mesh(folder)?;
+            let (mesh, name) = (cloth.mesh.mesh(folder)?, format!("cloth {index}"));
             if mesh.points.is_empty() {
                 return Err("a cloth without points: give its mesh more cells".to_owned());
             }
-            budget.add(&format!("cloth {index}"), &mesh, 1)?;
-            let pose = Pose::of(&cloth.start, &mut random);
-            let points: Vec<_> = mesh.points.iter().map(|point| pose.apply(point)).collect();
-            let fabric = cloth::Fabric { mass: cloth.mass, stretch: cloth.stretch, bend: cloth.bend };
-            let first = self.world.x.len();
-            let surface = match mesh.triangles.is_empty() {
-                true => cloth::add_strings(&mut self.world, &points, &mesh.segments, &fabric),
-                false => cloth::add(&mut self.world, &points, &mesh.triangles, &fabric),
-            };
-            self.world.v[first..].fill(V3::from(cloth.start.velocity));
-            for pin in &cloth.pins {
-                let held = self.world.inv_mass[first..].get_mut(*pin as usize);
-                *held.ok_or_else(|| format!("cloth {index} has no vertex {pin} to pin: it has {}", points.len()))? =
-                    0.0;
-                self.world.v[first + *pin as usize] = V3::zeros();
-            }
-            self.surfaces.push(surface);
+            budget.add(&name, &mesh, 1)?;
+            self.add_cloth(cloth, mesh, &mut random).map_err(|message| format!("{name} {message}"))?;
         }
         for (index, rigid) in spec.rigid.iter().enumerate() {
             let mesh = rigid.mesh.mesh(folder)?;
@@ -137,6 +122,30 @@ impl Stage {
             }
             self.add_soft(&name, soft, &mesh, threads, &mut random).map_err(|message| format!("{name}: {message}"))?;
         }
+        Ok(())
+    }
+
+    fn add_cloth(&mut self, spec: &ClothSpec, mut mesh: Mesh, random: &mut Random) -> Result<(), String> {
+        let pose = Pose::of(&spec.start, random);
+        let fabric = cloth::Fabric { mass: spec.mass, stretch: spec.stretch, bend: spec.bend };
+        let first = self.world.x.len();
+        let faces = mesh.triangles.clone();
+        // Sheets hold together at seams of their file; strings may begin at one place.
+        let vertices = if faces.is_empty() { (0..mesh.points.len() as u32).collect() } else { weld(&mut mesh) };
+        let points: Vec<_> = mesh.points.iter().map(|point| pose.apply(point)).collect();
+        let surface = match faces.is_empty() {
+            true => cloth::add_strings(&mut self.world, &points, &mesh.segments, &fabric),
+            false => cloth::add(&mut self.world, &points, &mesh.triangles, &fabric),
+        };
+        self.world.v[first..].fill(V3::from(spec.start.velocity));
+        for pin in &spec.pins {
+            let vertex = vertices.get(*pin as usize);
+            let vertex = vertex.ok_or_else(|| format!("has no vertex {pin} to pin: it has {}", vertices.len()))?;
+            self.world.inv_mass[first + *vertex as usize] = 0.0;
+            self.world.v[first + *vertex as usize] = V3::zeros();
+        }
+        let is_welded = points.len() < vertices.len();
+        self.surfaces.push(if is_welded { surface.recorded_as(vertices, faces) } else { surface });
         Ok(())
     }
 

@@ -74,15 +74,37 @@ impl MeshSpec {
     }
 }
 
+/// For each point the first one at the same place; 0 and −0 are one.
+fn first_at_place(points: &[[f64; 3]]) -> Vec<u32> {
+    let place = |index: &u32| points[*index as usize].map(|x| (x + 0.0).to_bits());
+    let mut order: Vec<u32> = (0..points.len() as u32).collect();
+    order.sort_unstable_by_key(|index| (place(index), *index));
+    let mut first = vec![0; order.len()];
+    for same in order.chunk_by(|a, b| place(a) == place(b)) {
+        same.iter().for_each(|index| first[*index as usize] = same[0]);
+    }
+    first
+}
+
+/// Makes one of the points at each place, the first of them. Returns for each point the one that it is now.
+pub(super) fn weld(mesh: &mut Mesh) -> Vec<u32> {
+    let (mut points, mut welded) = (vec![], vec![]);
+    for (index, first) in (0..).zip(first_at_place(&mesh.points)) {
+        if first == index {
+            welded.push(points.len() as u32);
+            points.push(mesh.points[index as usize]);
+        } else {
+            welded.push(welded[first as usize]);
+        }
+    }
+    mesh.points = points;
+    mesh.triangles.as_flattened_mut().iter_mut().for_each(|vertex| *vertex = welded[*vertex as usize]);
+    welded
+}
+
 /// Edges where a surface ends: how many there are, and both ends of one. `None` of a closed mesh. Points at the same place are one.
 pub(super) fn open_edges(mesh: &Mesh) -> Option<(usize, [[f64; 3]; 2])> {
-    let place = |point: &[f64; 3]| point.map(|x| (x + 0.0).to_bits());
-    let mut order: Vec<u32> = (0..mesh.points.len() as u32).collect();
-    order.sort_unstable_by_key(|index| place(&mesh.points[*index as usize]));
-    let mut joined = vec![0; order.len()];
-    for same in order.chunk_by(|a, b| place(&mesh.points[*a as usize]) == place(&mesh.points[*b as usize])) {
-        same.iter().for_each(|index| joined[*index as usize] = same[0]);
-    }
+    let joined = first_at_place(&mesh.points);
     // Each edge from its lower to its higher point, and whether a triangle goes that way.
     let ways = mesh.triangles.iter().flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]]).filter_map(|ends| {
         let [from, to] = ends.map(|end| joined[*end as usize]);

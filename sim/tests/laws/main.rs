@@ -1,4 +1,4 @@
-//! Laws of the simulator: free motion, sliding and rolling friction, walls, sheets at rest, stiff or entangled ones, soft bodies, also those that
+//! Laws of the simulator: free motion, sliding and rolling friction, walls, sheets at rest, stiff, entangled or split ones, soft bodies, also those that
 //! carry a sheet, two bodies exchanged, rigid surfaces that are remembered, overlaps undone, boxes that stand on each other.
 
 mod caged;
@@ -9,6 +9,7 @@ mod recovery;
 mod reduce;
 mod rigid_memory;
 mod rolling;
+mod seams;
 mod sheets;
 mod soft;
 mod standing;
