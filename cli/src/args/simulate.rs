@@ -31,7 +31,7 @@ pub struct SimulateArgs {
     #[arg(long = "method", visible_alias = "methods", value_name = "M", value_delimiter = ',', default_value = "auto")]
     pub methods: Vec<MethodWord>,
     /// Run every scene of the folder; with --json, print one JSON object a line for each. The exit status is 1 where a scene misses a
-    /// figure by the first method, or a method that must fail does not.
+    /// figure by the first method, a method that must fail does not, or a scene cannot be run; the others are run all the same.
     #[arg(long)]
     pub suite: bool,
     /// An eighth of the work: half of the frames, unless --frames says how many, and of the cells along each side, and every eighth of

@@ -14,7 +14,7 @@ use crate::args::{MethodWord, SimulateArgs};
 use crate::failure::misuse;
 use crate::mesh_input::{is_standard_input, with_path};
 use crate::report::{Report, number, print_json};
-use crate::{memory, output, progress, signals};
+use crate::{failure, memory, output, progress, signals};
 
 pub fn run(args: &SimulateArgs) -> Result<()> {
     if args.scene.as_deref().is_some_and(is_standard_input) {
@@ -68,11 +68,12 @@ fn run_one(
                 ControlFlow::Break(())
             }
         }
-    })?;
+    });
     bar.finish_and_clear();
     if let Some(error) = failure {
         return Err(error);
     }
+    let outcome = outcome?;
     if let Some(target) = target {
         target.write()?;
         if signals::status().is_some() {
@@ -272,7 +273,13 @@ fn suite(args: &SimulateArgs) -> Result<()> {
     let mut pictures = String::new();
     let mut faults = vec![];
     'scenes: for path in &scenes {
-        let spec = scene::read(path)?;
+        let spec = match scene::read(path) {
+            Ok(spec) => spec,
+            Err(error) => {
+                tell_unrun(path, "", &error.into(), &mut report, &mut faults);
+                continue;
+            }
+        };
         let must_fail = spec.fails.keys().filter(|word| !args.methods.iter().any(|method| method.word == **word));
         let must_fail = must_fail.map(|word| word.parse()).collect::<Result<Vec<MethodWord>, _>>();
         let must_fail = must_fail.map_err(|error| anyhow!("{}: fails: {error}", path.display()))?;
@@ -281,7 +288,13 @@ fn suite(args: &SimulateArgs) -> Result<()> {
                 args.output.as_ref().filter(|_| index == 0).map(|folder| folder.join(format!("{}.png", name(path))));
             let mut target = picture.as_deref().map(|picture| Target::new(picture, path)).transpose()?;
             target.iter_mut().for_each(|target| target.form = Form::Sheet);
-            let outcome = run_one(args, &spec, path, method, target.as_mut())?;
+            let outcome = match run_one(args, &spec, path, method, target.as_mut()) {
+                Ok(outcome) => outcome,
+                Err(error) => {
+                    tell_unrun(path, &method.word, &error, &mut report, &mut faults);
+                    continue 'scenes;
+                }
+            };
             if signals::status().is_some() {
                 break 'scenes;
             }
@@ -291,7 +304,9 @@ fn suite(args: &SimulateArgs) -> Result<()> {
                 Report { rows: rows(&spec, &outcome), json: Value::Null }.print(args.json)?;
                 println!();
             }
-            faults.extend(fault(&spec, method, index == 0, &outcome).map(|fault| format!("{}: {fault}", name(path))));
+            // A smaller scene is another one: what holds of the whole need not hold of it.
+            let fault = fault(&spec, method, index == 0, &outcome).filter(|_| !args.small);
+            faults.extend(fault.map(|fault| format!("{}: {fault}", name(path))));
             let figures = &outcome.worst;
             let missed: Vec<&str> = outcome.missed.keys().copied().collect();
             report += &format!(
@@ -313,11 +328,18 @@ fn suite(args: &SimulateArgs) -> Result<()> {
     if let Some(output) = &args.output {
         with_path(&output.join("report.md"), write(&output.join("report.md"), (report + &pictures).as_bytes()))?;
     }
-    // A smaller scene is another one: what holds of the whole need not hold of it.
-    match faults.is_empty() || args.small {
+    match faults.is_empty() {
         true => Ok(()),
         false => bail!("scenes that are not as they say: {}", faults.join("; ")),
     }
+}
+
+/// Says why a scene of a suite cannot be run: on standard error and in the report.
+fn tell_unrun(path: &Path, method: &str, error: &anyhow::Error, report: &mut String, faults: &mut Vec<String>) {
+    failure::report(error);
+    let why = failure::sentence(error).replace('|', "\\|");
+    *report += &format!("| {} | {method} | cannot be run: {why} | | | | |\n", name(path));
+    faults.push(format!("{}: cannot be run", name(path)));
 }
 
 /// A scene that misses what it asks for by the first method, or a method that must fail and does not.

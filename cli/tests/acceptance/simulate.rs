@@ -205,6 +205,36 @@ fn scenes_that_are_not_as_they_say_are_listed_in_one_line() {
 }
 
 #[test]
+fn a_scene_that_cannot_be_run_is_a_fault_of_it_and_the_others_are_run() {
+    let folder = folder();
+    std::fs::create_dir(folder.at("mine")).unwrap();
+    let scene = SCENE.replace("ball.sdf", "../ball.sdf").replace(", stretch = 1.0", "");
+    folder.write("mine/a.toml", scene.replace("thickness", "thicknes"));
+    folder.write("mine/b.toml", scene.replace("ball.sdf", "bell.sdf"));
+    folder.write("mine/c.toml", &scene);
+    folder.write("mine/d.toml", scene.replace("reach", "fails = { vertices = 0 }\nreach"));
+    for small in ["", "--small"] {
+        let output = folder.sdftool(&format!("simulate mine --suite {small} --json -o report")).output().unwrap();
+        let [said, printed] = [output.stderr, output.stdout].map(|text| String::from_utf8(text).unwrap());
+        let lines: Vec<&str> = said.lines().collect();
+        assert_eq!((output.status.code(), lines.len()), (Some(1), 3), "{said}");
+        says(lines[0], &["sdftool: mine/a.toml: line 5: unknown field"]);
+        says(lines[1], &["sdftool: ", "bell.sdf.toml"]);
+        assert_eq!(lines[2], "sdftool: scenes that are not as they say: a: cannot be run; b: cannot be run");
+        let runs = printed.lines().filter(|line| line.contains("\"schema\":\"sdftool.simulate/1\"")).count();
+        assert_eq!(runs, 3, "{printed}");
+        let report = String::from_utf8(folder.read("report/report.md")).unwrap();
+        says(
+            &report,
+            &["| a |  | cannot be run: mine/a.toml: line 5: ", "| b | auto | cannot be run: ", "| c | auto |"],
+        );
+        says(&report, &["| d | vertices |", "![c](c.png)"]);
+        assert!(!report.contains("![b]") && folder.at("report/c.png").is_file());
+        std::fs::remove_dir_all(folder.at("report")).unwrap();
+    }
+}
+
+#[test]
 fn frames_that_are_asked_for_are_not_halved() {
     let folder = folder();
     assert_eq!(folder.json("simulate small.toml --small")["frames"], 4);
