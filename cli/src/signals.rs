@@ -1,11 +1,13 @@
 //! Ctrl-C and its like: temporary files are removed, and the exit status is 128 and the signal's number.
 //!
-//! A run that is worth keeping defers the first signal: it writes what it has, and then ends with the same status. A second signal ends
-//! it at once.
+//! A run that is worth keeping defers the first signal: it writes what it has, and then ends with the same status. A later signal ends
+//! it at once, unless it comes within half a second: one Ctrl-C may be two, where a process group gets it and a supervisor sends SIGTERM.
 //!
 //! On Unix the signals are blocked, and a thread waits for them: a handler would not be told which one came.
 
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
+use std::time::{Duration, Instant};
 
 use anyhow::Result;
 
@@ -14,6 +16,12 @@ static IS_DEFERRED: AtomicBool = AtomicBool::new(false);
 
 /// Exit status that a deferred signal asks for; 0 if none came.
 static STATUS: AtomicU8 = AtomicU8::new(0);
+
+/// When the deferred signal came.
+static DEFERRED: OnceLock<Instant> = OnceLock::new();
+
+/// Signals that come within so long of the deferred one are the same.
+const AT_ONCE: Duration = Duration::from_millis(500);
 
 /// From now on the first signal only sets [`status`].
 pub fn defer() {
@@ -25,13 +33,13 @@ pub fn status() -> Option<u8> {
     Some(STATUS.load(Ordering::SeqCst)).filter(|status| *status != 0)
 }
 
-/// Takes notice of a signal; `true` if it is the one that is deferred.
+/// Takes notice of a signal; `true` if it is the one that is deferred, or comes at once with it.
 fn is_deferred(status: u8) -> bool {
-    let is_deferred = IS_DEFERRED.swap(false, Ordering::SeqCst);
-    if is_deferred {
+    if IS_DEFERRED.swap(false, Ordering::SeqCst) {
+        DEFERRED.get_or_init(Instant::now);
         STATUS.store(status, Ordering::SeqCst);
     }
-    is_deferred
+    DEFERRED.get().is_some_and(|deferred| deferred.elapsed() < AT_ONCE)
 }
 
 /// Calls `clean_up` and ends the program when it is told to end, from now on and in threads that start from now on.

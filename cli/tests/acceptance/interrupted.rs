@@ -277,6 +277,45 @@ fn a_signal_during_a_run_leaves_a_recording_that_opens() {
     }
 }
 
+/// A process group gets Ctrl-C, and who watches over it sends SIGTERM too.
+#[test]
+fn signals_at_once_are_one_and_a_later_one_ends_a_run_at_once() {
+    let start = |substeps: &str| {
+        let folder = Folder::new();
+        folder.write("long.toml", LONG.replace("substeps = 4", substeps));
+        let mut command = Command::new(SDFTOOL);
+        command.args(["simulate", "long.toml", "-o", "run.html", "--threads", "1"]).current_dir(folder.path());
+        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let deadline = Instant::now() + Duration::from_secs(120);
+        while !folder.at("run.html").exists() {
+            assert!(Instant::now() < deadline && child.try_wait().unwrap().is_none(), "nothing was recorded");
+            sleep(Duration::from_millis(5));
+        }
+        sleep(Duration::from_millis(100));
+        (folder, child)
+    };
+    let send = |child: &Child, signals: &[&str]| {
+        let kills: String = signals.iter().map(|signal| format!("kill -{signal} {};", child.id())).collect();
+        assert!(Command::new("sh").args(["-c", &kills]).status().unwrap().success());
+    };
+    // A frame of about a tenth of a second: both come before its end.
+    let (folder, child) = start("substeps = 4000");
+    send(&child, &["INT", "TERM"]);
+    let output = child.wait_with_output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(130), "{said}");
+    says(&said, &["ended by a signal after ", "run.html"]);
+    assert!(String::from_utf8(folder.read("run.html")).unwrap().contains("</html>"));
+
+    // A frame of seconds.
+    let (_folder, child) = start("substeps = 100000");
+    send(&child, &["INT"]);
+    sleep(Duration::from_millis(700));
+    send(&child, &["TERM"]);
+    let output = child.wait_with_output().unwrap();
+    assert_eq!((output.status.code(), String::from_utf8_lossy(&output.stderr)), (Some(143), "".into()));
+}
+
 #[test]
 fn a_kill_during_a_write_leaves_one_file_whole() {
     let mut in_time = 0;
