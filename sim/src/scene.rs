@@ -80,9 +80,10 @@ pub fn parse(text: &str, name: &str) -> Result<SceneSpec, SceneError> {
         let line = error.span().map_or(1, |span| text[..span.start.min(text.len())].matches('\n').count() + 1);
         invalid(name, format!("line {line}: {}", error.message().replace('\n', " ")))
     };
-    let spec: SceneSpec = toml::from_str(text).map_err(at_line)?;
+    let mut spec: SceneSpec = toml::from_str(text).map_err(at_line)?;
     let table: toml::Table = toml::from_str(text).map_err(at_line)?;
     let checked = table.iter().try_for_each(|(key, value)| check::check_numbers(key, value));
     checked.and_then(|()| spec.check()).map_err(|message| invalid(name, message))?;
+    name.clone_into(&mut spec.name);
     Ok(spec)
 }

@@ -145,7 +145,7 @@ fn copies_of_a_body_beyond_all_memory_are_refused() {
         let spec = scene::parse(&scene(kind), "many.toml").unwrap();
         let refused = Stage::build(&spec, Path::new("."), Threads::ONE).map(|_| ()).unwrap_err().to_string();
         assert!(
-            refused.starts_with("many: rigid 0: 1000000 times ") && refused.contains("at most 10000000"),
+            refused.starts_with("many.toml: rigid 1: 1000000 times ") && refused.contains("at most 10000000"),
             "{refused}"
         );
         assert_eq!(refused.lines().count(), 1, "{refused}");
@@ -244,17 +244,17 @@ fn a_rigid_body_of_an_open_mesh_is_refused_and_seams_are_not_holes() {
     // Without its last face, and with that face turned, three edges are open.
     for last in ["", "f 2 4 3\n"] {
         let refused = rigid_of_file(&format!("{points}{}{last}", faces[..3].concat())).unwrap_err();
-        assert!(refused.starts_with("one: rigid 0: its mesh is open at 3 edges, one from ["), "{refused}");
+        assert!(refused.starts_with("my.toml: rigid 1: its mesh is open at 3 edges, one from ["), "{refused}");
         assert!(refused.contains("close the mesh") && refused.lines().count() == 1, "{refused}");
     }
     let inward = ["f 1 2 3\n", "f 1 4 2\n", "f 1 3 4\n", "f 2 4 3\n"].concat();
     let refused = rigid_of_file(&format!("{points}{inward}")).unwrap_err();
-    assert_eq!(refused, "one: rigid 0: its mesh encloses no volume: turn its faces outward");
+    assert_eq!(refused, "my.toml: rigid 1: its mesh encloses no volume: turn its faces outward");
     let sheet =
         "[[rigid]]\nmesh.sheet = { cells = [4, 4], size = [1.0, 1.0], height = 0.5, bend = 1.0, floor = -1.0 }\n";
     let spec = scene::parse(&format!("{SCENE}\n{sheet}"), "my.toml").unwrap();
     let refused = Stage::build(&spec, Path::new("."), Threads::ONE).map(|_| ()).unwrap_err().to_string();
-    assert!(refused.contains("rigid 0: its mesh is open at 16 edges"), "{refused}");
+    assert!(refused.contains("my.toml: rigid 1: its mesh is open at 16 edges"), "{refused}");
 }
 
 const ALL_KINDS: &str = r#"

@@ -137,8 +137,8 @@ fn a_body_that_is_thinner_than_its_voxels_is_warned_of() {
             "cells = 512\n",
             "obstacle 2",
         ),
-        (format!("{sphere}[[rigid]]\nstart.translate = [0.0, 0.0, 5.0]\n{plate}"), "cells = 512\n", "rigid 0"),
-        (format!("{soft}cells = 64\n"), "", "soft 0"),
+        (format!("{sphere}[[rigid]]\nstart.translate = [0.0, 0.0, 5.0]\n{plate}"), "cells = 512\n", "rigid 1"),
+        (format!("{soft}cells = 64\n"), "", "soft 1"),
     ] {
         folder.write("thin.toml", scene(&bodies));
         let object = folder.json("simulate thin.toml");
@@ -251,7 +251,7 @@ fn wrong_scenes_and_outputs_are_refused_in_one_line() {
     assert!(folder.refused("simulate lost.toml").contains("bell.sdf.toml"));
     for obstacle in ["file = 'bell.sdf.toml'", "shape = \"field = { shape = 'cone' }\"\nbecomes = ''"] {
         folder.write("second.toml", format!("{SCENE}\n[[obstacle]]\n{obstacle}\n"));
-        says(&folder.refused("simulate second.toml"), &["obstacle 2: "]);
+        says(&folder.refused("simulate second.toml"), &["second.toml: obstacle 2: "]);
     }
     assert!(folder.refused("simulate no.toml").contains("no.toml"));
     folder.write(

@@ -61,19 +61,19 @@ mod tests {
         let face_mesh = Mesh { points: vec![], triangles: vec![[0; 3]; 12], segments: vec![[0; 2]; 8] };
         for (mesh, most) in [(point_mesh, MAX_POINTS / 8), (face_mesh, MAX_ELEMENTS / 20)] {
             let mut budget = Budget::default();
-            assert_eq!(budget.add("rigid 0", &mesh, most - 1), Ok(()));
-            assert_eq!(budget.add("cloth 0", &mesh, 1), Ok(()));
-            let refused = budget.add("rigid 1", &mesh, 1).unwrap_err();
-            assert!(refused.starts_with("rigid 1: ") && refused.contains("together"), "{refused}");
-            assert!(Budget::default().add("rigid 0", &mesh, usize::MAX).is_err());
+            assert_eq!(budget.add("rigid 1", &mesh, most - 1), Ok(()));
+            assert_eq!(budget.add("cloth 1", &mesh, 1), Ok(()));
+            let refused = budget.add("rigid 2", &mesh, 1).unwrap_err();
+            assert!(refused.starts_with("rigid 2: ") && refused.contains("together"), "{refused}");
+            assert!(Budget::default().add("rigid 1", &mesh, usize::MAX).is_err());
         }
     }
 
     #[test]
     fn the_cubes_of_all_soft_bodies_count_together() {
         let mut budget = Budget::default();
-        assert_eq!(budget.add_cubes("soft 0", 0.6 * MAX_CUBES), Ok(()));
-        let refused = budget.add_cubes("soft 1", 0.6 * MAX_CUBES).unwrap_err();
-        assert!(refused.starts_with("soft 1: a box of 600000 cubes") && refused.contains("1200000"), "{refused}");
+        assert_eq!(budget.add_cubes("soft 1", 0.6 * MAX_CUBES), Ok(()));
+        let refused = budget.add_cubes("soft 2", 0.6 * MAX_CUBES).unwrap_err();
+        assert!(refused.starts_with("soft 2: a box of 600000 cubes") && refused.contains("1200000"), "{refused}");
     }
 }

@@ -86,41 +86,45 @@ impl Stage {
         let Obstacles { fields: obstacles, warnings } = obstacles;
         let mut stage =
             Self { world, surfaces: vec![], obstacles, animations, fields: vec![], cages: vec![], time: 0.0, warnings };
-        stage.fill(spec, folder, threads).map_err(|message| invalid(&spec.title, message))?;
+        stage.fill(spec, folder, threads).map_err(|message| invalid(&spec.name, message))?;
         Ok(stage)
     }
 
     fn fill(&mut self, spec: &SceneSpec, folder: &Path, threads: Threads) -> Result<(), String> {
         let (mut random, mut budget) = (Random::new(spec.seed), Budget::default());
-        for (index, cloth) in spec.cloth.iter().enumerate() {
-            let (mesh, name) = (cloth.mesh.mesh(folder)?, format!("cloth {index}"));
+        for (number, cloth) in (1..).zip(&spec.cloth) {
+            let name = format!("cloth {number}");
+            let told = |message| format!("{name}: {message}");
+            let mesh = cloth.mesh.mesh(folder).map_err(told)?;
             if mesh.points.is_empty() {
-                return Err("a cloth without points: give its mesh more cells".to_owned());
+                return Err(told("it has no points: give its mesh more cells".to_owned()));
             }
             budget.add(&name, &mesh, 1)?;
-            self.add_cloth(cloth, mesh, &mut random).map_err(|message| format!("{name} {message}"))?;
+            self.add_cloth(cloth, mesh, &mut random).map_err(told)?;
         }
-        for (index, rigid) in spec.rigid.iter().enumerate() {
-            let mesh = rigid.mesh.mesh(folder)?;
-            let name = format!("rigid {index}");
+        for (number, rigid) in (1..).zip(&spec.rigid) {
+            let name = format!("rigid {number}");
+            let told = |message| format!("{name}: {message}");
+            let mesh = rigid.mesh.mesh(folder).map_err(told)?;
             budget.add(&name, &mesh, rigid.count.iter().map(|count| *count as usize).product())?;
             if let Some((count, [from, to])) = open_edges(&mesh) {
-                return Err(format!(
-                    "{name}: its mesh is open at {count} edges, one from {from:?} to {to:?}, and its mass is that of a closed one: \
+                return Err(told(format!(
+                    "its mesh is open at {count} edges, one from {from:?} to {to:?}, and its mass is that of a closed one: \
                      close the mesh, or make it a cloth or an obstacle"
-                ));
+                )));
             }
-            self.add_rigid(&name, rigid, &mesh, threads, &mut random)
-                .map_err(|message| format!("{name}: {message}"))?;
+            self.add_rigid(&name, rigid, &mesh, threads, &mut random).map_err(told)?;
         }
-        for (index, soft) in spec.soft.iter().enumerate() {
-            let (mesh, name) = (soft.mesh.mesh(folder)?, format!("soft {index}"));
+        for (number, soft) in (1..).zip(&spec.soft) {
+            let name = format!("soft {number}");
+            let told = |message| format!("{name}: {message}");
+            let mesh = soft.mesh.mesh(folder).map_err(told)?;
             budget.add(&name, &mesh, 1)?;
             // A mesh without points has its message from the bake.
             if !mesh.points.is_empty() {
                 budget.add_cubes(&name, soft::cube_count(&mesh.points, soft.cell, soft.padding))?;
             }
-            self.add_soft(&name, soft, &mesh, threads, &mut random).map_err(|message| format!("{name}: {message}"))?;
+            self.add_soft(&name, soft, &mesh, threads, &mut random).map_err(told)?;
         }
         Ok(())
     }
@@ -140,7 +144,8 @@ impl Stage {
         self.world.v[first..].fill(V3::from(spec.start.velocity));
         for pin in &spec.pins {
             let vertex = vertices.get(*pin as usize);
-            let vertex = vertex.ok_or_else(|| format!("has no vertex {pin} to pin: it has {}", vertices.len()))?;
+            let vertex =
+                vertex.ok_or_else(|| format!("it has no vertex {pin} to pin: it has {}, from 0 on", vertices.len()))?;
             self.world.inv_mass[first + *vertex as usize] = 0.0;
             self.world.v[first + *vertex as usize] = V3::zeros();
         }
@@ -157,8 +162,8 @@ impl Stage {
         threads: Threads,
         random: &mut Random,
     ) -> Result<(), String> {
-        let (body, points) = Body::of_mesh(&mesh.points, &mesh.triangles, spec.mass)
-            .ok_or("its mesh encloses no volume: turn its faces outward")?;
+        let (body, points) =
+            Body::of_mesh(&mesh.points, &mesh.triangles, spec.mass).ok_or_else(|| why_no_body(spec, mesh))?;
         let field = match &spec.mesh {
             MeshSpec::Cuboid(cuboid) => {
                 Field::new(sdf_core::shapes::Cuboid::new(cuboid.half).ok_or("a box without sides")?)
@@ -252,8 +257,15 @@ impl Pose {
     }
 }
 
+fn why_no_body(spec: &RigidSpec, mesh: &Mesh) -> String {
+    match Body::of_mesh(&mesh.points, &mesh.triangles, 1.0) {
+        Some(_) => format!("mass = {:e}: its moments of inertia are beyond f64: give a mass nearer to 1", spec.mass),
+        None => "its mesh encloses no volume: turn its faces outward".to_owned(),
+    }
+}
+
 fn invalid_obstacle(spec: &SceneSpec, number: usize, message: &str) -> SceneError {
-    invalid(&spec.title, format!("obstacle {number}: {message}"))
+    invalid(&spec.name, format!("obstacle {number}: {message}"))
 }
 
 /// Bakes the mesh of what is called `name`, and warns of a solid that no node of its grid is inside of.
@@ -275,8 +287,8 @@ fn animation(spec: &ObstacleSpec) -> Result<Option<Animation>, String> {
     let (Some(from), Some(to)) = (&spec.shape, &spec.becomes) else { return Ok(None) };
     let placed = |text: &String| Ok::<_, String>(translated(closed_form(text)?, spec)?.into_any());
     let animation = Animation::new(placed(from)?, placed(to)?, spec.period);
-    let why = "becomes: give the same shape as shape has, with other parameters and the same pose: \
-               a sphere, torus, cylinder, capsule, box or rounded box";
+    let why = "becomes: give the same shape as shape has (sphere, torus, cylinder, capsule, box or rounded_box), with other \
+               parameters and the same pose";
     animation.map(Some).ok_or_else(|| why.to_owned())
 }
 

@@ -12,6 +12,9 @@ use crate::world::DAMPING;
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SceneSpec {
+    /// The file, as errors have it; no key.
+    #[serde(skip)]
+    pub name: String,
     /// One line that says what happens.
     pub title: String,
     /// How many frames are shown.

@@ -123,7 +123,7 @@ pub fn run_all(
             is_ended |= flow.is_break();
             flow
         });
-        let figures = figures.map_err(|error| invalid(&spec.title, error))?;
+        let figures = figures.map_err(|error| invalid(&spec.name, error))?;
         let is_calm = figures.finite && figures.max_speed <= spec.reach.calm_speed.unwrap_or(f64::INFINITY);
         let is_free = figures.finite && figures.deep_faces == 0;
         let is_worse = figures.deep_faces > figures.deep_at_start;
@@ -143,7 +143,7 @@ pub fn run_all(
             break;
         }
     }
-    let mut all = all.ok_or_else(|| invalid(&spec.title, "a list of values to vary has no runs"))?;
+    let mut all = all.ok_or_else(|| invalid(&spec.name, "a list of values to vary has no runs"))?;
     all.missed = all.worst.missed(&spec.reach);
     all.warnings = [warnings, all.worst.warnings()].concat();
     for (name, count, least) in [("freed", all.freed, spec.reach.freed), ("calm", all.calm, spec.reach.calm)] {
