@@ -134,6 +134,10 @@ pub fn measure(options: &GpuOptions) -> Result<()> {
                             twice = scene.search_twice(faces);
                             &twice
                         }
+                        (_, Elements::Edges(edges)) if method == Method::FrankWolfe => {
+                            twice = scene.search_twice(edges);
+                            &twice
+                        }
                         _ => continue,
                     };
                     let Some(mut row) = on_card(&gpu, &field, &scene, elements, &query, expected, options)? else {
@@ -278,11 +282,11 @@ impl Scene {
         })
     }
 
-    /// The contacts by Frank-Wolfe where that settles a face, else by the certified search.
-    fn search_twice(&self, faces: &[[u32; 3]]) -> Vec<Contact<f32>> {
+    /// The contacts by Frank-Wolfe where that settles an element, else by the certified search.
+    fn search_twice<const N: usize>(&self, elements: &[[u32; N]]) -> Vec<Contact<f32>> {
         let (field, margin) = (&self.field, self.margin);
         let certified = Certified { evaluations: EVALUATIONS, ..Certified::default() };
-        self.search_each(faces, |element| {
+        self.search_each(elements, |element| {
             let lower_bound = cull(field, margin, element).ok()?;
             let first = FrankWolfe::default().minimize_below(field, &element.simplex, margin);
             let is_settled = first.converged && first.sample.value <= margin;

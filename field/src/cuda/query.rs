@@ -252,7 +252,7 @@ fn card_options(field: &Field, elements: &Owned, options: &ContactOptions) -> Re
         _ if matches!(elements, Owned::Vertices) => (sdf_gpu::Method::PointSampling, 1, Unsettled::Keep),
         Method::Auto => {
             let is_dense = field.grid().is_some_and(|grid| matches!(grid.storage(), OwnedStorage::Dense(_)));
-            let unsettled = match is_dense && !is_edges {
+            let unsettled = match is_dense {
                 true => Unsettled::CertifyThenList { evaluations: options.budget() },
                 false => Unsettled::List,
             };

@@ -214,15 +214,24 @@ method! { SEARCH, search:
     search_vertices_shapes_point_sampling, Shapes, 1, point_sampling;
 }
 
-kernels! { CERTIFY:
-    /// A certified search by teams of threads.
-    fn search_faces_dense_certified(field: FieldBlob, frame: Frame, search: SearchParams) {
-        if stages::is_at_work::<{ TEAM as usize }>(&frame) {
-            // The search takes the field's address: here, so that only threads at work have it on their stack.
-            let own = field;
-            stages::certify::<DenseGrid, _, 3>(fields::load(&own), &certified(&search), &frame)
-        }
-    }
+/// Certified searches by teams of threads: name, field, corners of an element.
+macro_rules! certify {
+    ($table:ident: $($name:ident, $field:ty, $n:literal;)+) => {
+        kernels! { $table: $(
+            fn $name(field: FieldBlob, frame: Frame, search: SearchParams) {
+                if stages::is_at_work::<{ TEAM as usize }>(&frame) {
+                    // The search takes the field's address: here, so that only threads at work have it on their stack.
+                    let own = field;
+                    stages::certify::<$field, _, $n>(fields::load(&own), &certified(&search), &frame)
+                }
+            }
+        )+ }
+    };
+}
+
+certify! { CERTIFY:
+    search_faces_dense_certified, DenseGrid, 3;
+    search_edges_dense_certified, DenseGrid, 2;
 }
 
 stage! { REPORT, report:

@@ -52,26 +52,27 @@ impl<S: Storage> Grid<S> {
                 if step.hit_limit {
                     return None;
                 }
-                pieces.push(&line, &step);
+                pieces.push(&self.storage, &line, &step);
             }
             if pieces.count == 0 {
                 break;
             }
-            let minima = pieces.minima(&self.storage, lowest);
+            let (minima, storage) = (pieces.minima(&self.storage, lowest), &self.storage);
             for k in 0..pieces.count.min(LANES) {
                 evaluations = evaluations.saturating_add(1);
-                if minima.may_be_lower[k] == 0 {
+                if storage.of_lane(&minima.may_be_lower, k) == 0 {
                     continue;
                 }
                 // Finite corners bound the interpolant from below.
-                if minima.is_finite[k] && lowest <= minima.lowest_corner[k] {
+                if storage.of_lane(&minima.is_finite, k) && lowest <= storage.of_lane(&minima.lowest_corner, k) {
                     continue;
                 }
-                if !minima.value[k].is_finite() {
+                let value = storage.of_lane(&minima.value, k);
+                if !value.is_finite() {
                     return None;
                 }
-                if minima.value[k] < lowest {
-                    (lowest_t, lowest) = (minima.t[k], minima.value[k]);
+                if value < lowest {
+                    (lowest_t, lowest) = (storage.of_lane(&minima.t, k), value);
                 }
             }
             pieces.count = 0;

@@ -9,13 +9,14 @@ use crate::scenes::{Scene, assert_equal, pulled, pushed, scene, scenes};
 use crate::{gpu, with_stub};
 
 /// All methods, and the elements that they search.
-const METHODS: [(&str, Method); 7] = [
+const METHODS: [(&str, Method); 8] = [
     ("faces", Method::FrankWolfe),
     ("faces", Method::ProjectedGradient),
     ("faces", Method::Newton),
     ("faces", Method::Certified),
     ("edges", Method::FrankWolfe),
     ("edges", Method::GoldenSection),
+    ("edges", Method::Certified),
     ("vertices", Method::PointSampling),
 ];
 
@@ -41,6 +42,7 @@ fn expected(scene: &Scene, kind: &str, method: Method, stages: Stages) -> (Vec<C
     match (kind, method) {
         ("vertices", _) => scene.expected(&scene.vertices(), &PointSampling { samples: 32, corners: false }),
         ("edges", Method::GoldenSection) => scene.expected(&scene.edges, &GoldenSection::default()),
+        ("edges", Method::Certified) => scene.expected(&scene.edges, &certified),
         ("edges", _) => scene.expected(&scene.edges, &FrankWolfe::default()),
         (_, Method::ProjectedGradient) => scene.expected(&scene.faces, &ProjectedGradient::default()),
         (_, Method::Newton) => scene.expected(&scene.faces, &Newton::default()),
@@ -81,7 +83,7 @@ fn contacts_are_those_of_the_core_bit_for_bit() {
             }
         }
         // As the table of docs/gpu.md has them.
-        assert_eq!(compared, 25 + 8 + 2);
+        assert_eq!(compared, 26 + 8 + 2);
     });
 }
 

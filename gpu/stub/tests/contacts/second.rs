@@ -2,7 +2,9 @@
 
 use sdf_core::contact::{Contact, Element, Outcome, contact_at, cull};
 use sdf_core::minimize::{Certified, FrankWolfe, Minimizer};
-use sdf_gpu::{Elements, GpuContacts, GpuError, GpuField, GpuMesh, GpuQuery, Method, QueryOptions, Stages, Unsettled};
+use sdf_gpu::{
+    Elements, Gpu, GpuContacts, GpuError, GpuField, GpuMesh, GpuQuery, Method, QueryOptions, Stages, Unsettled,
+};
 
 use crate::scenes::{Scene, assert_equal, scene};
 use crate::{gpu, with_stub};
@@ -19,7 +21,7 @@ enum Settled {
     Neither,
 }
 
-fn settle(scene: &Scene, element: &Element<f32, 3>, evaluations: u32) -> Settled {
+fn settle<const N: usize>(scene: &Scene, element: &Element<f32, N>, evaluations: u32) -> Settled {
     let Scene { field, margin, .. } = scene;
     let lower_bound = match cull(field, *margin, element) {
         Ok(lower_bound) => lower_bound,
@@ -37,9 +39,13 @@ fn settle(scene: &Scene, element: &Element<f32, 3>, evaluations: u32) -> Settled
     Settled::Not(if is_contact { contact_at(field, element, &minimum, lower_bound) } else { None })
 }
 
-fn found(gpu: &sdf_gpu::Gpu, scene: &Scene, options: QueryOptions) -> Result<GpuContacts, GpuError> {
+fn found(gpu: &Gpu, scene: &Scene, options: QueryOptions) -> Result<GpuContacts, GpuError> {
+    found_on(gpu, scene, Elements::Faces(&scene.faces), options)
+}
+
+fn found_on(gpu: &Gpu, scene: &Scene, elements: Elements, options: QueryOptions) -> Result<GpuContacts, GpuError> {
     let field = GpuField::new(gpu, &scene.field)?;
-    let mesh = GpuMesh::new(gpu, &scene.points, Elements::Faces(&scene.faces))?;
+    let mesh = GpuMesh::new(gpu, &scene.points, elements)?;
     GpuQuery::new(gpu, &field, mesh, &QueryOptions { margin: scene.margin, iterations: STEPS, ..options })?.contacts()
 }
 
@@ -47,35 +53,41 @@ fn found(gpu: &sdf_gpu::Gpu, scene: &Scene, options: QueryOptions) -> Result<Gpu
 fn what_the_first_launch_leaves_open_the_second_settles() {
     with_stub("second::what_the_first_launch_leaves_open_the_second_settles", &[], |folder| {
         let (gpu, scene) = (gpu(folder), scene("dense"));
-        let (mut expected, mut unsettled, mut missed) = (vec![], 0, 0);
-        for element in scene.elements(&scene.faces) {
-            match settle(&scene, &element, EVALUATIONS) {
-                Settled::First(contact) => expected.push(contact),
-                Settled::Not(contact) => {
-                    unsettled += 1;
-                    missed += usize::from(contact.is_some());
-                    expected.extend(contact);
-                }
-                Settled::Neither => {}
-            }
-        }
-        assert!(unsettled > 20 && missed > 20, "{unsettled} not settled, {missed} of them contacts");
-        let twice = Unsettled::Certify { evaluations: EVALUATIONS };
-        let certified = found(&gpu, &scene, QueryOptions { unsettled: twice, ..QueryOptions::default() }).unwrap();
-        assert_equal(&certified.contacts, &expected, "two launches");
-        assert_eq!(certified.unsettled_count, unsettled);
-        assert!(certified.unsettled.is_empty());
-
-        // No element within the margin is missed: those that the certified method finds by itself.
-        let alone = Certified { evaluations: EVALUATIONS, ..Certified::default() };
-        let (complete, _) = scene.expected(&scene.faces, &alone);
-        let ids = |contacts: &[Contact<f32>]| contacts.iter().map(|contact| contact.element).collect::<Vec<_>>();
-        assert_eq!(ids(&certified.contacts), ids(&complete));
-        // The first launch alone misses some.
-        let once = found(&gpu, &scene, QueryOptions::default()).unwrap();
-        assert!(once.contacts.len() < complete.len(), "{} of {}", once.contacts.len(), complete.len());
-        assert_eq!((once.unsettled_count, once.unsettled), (0, vec![]));
+        the_second_launch_settles(&gpu, &scene, Elements::Faces(&scene.faces), &scene.faces);
+        the_second_launch_settles(&gpu, &scene, Elements::Edges(&scene.edges), &scene.edges);
     });
+}
+
+fn the_second_launch_settles<const N: usize>(gpu: &Gpu, scene: &Scene, on_card: Elements, elements: &[[u32; N]]) {
+    let (mut expected, mut unsettled, mut missed) = (vec![], 0, 0);
+    for element in scene.elements(elements) {
+        match settle(scene, &element, EVALUATIONS) {
+            Settled::First(contact) => expected.push(contact),
+            Settled::Not(contact) => {
+                unsettled += 1;
+                missed += usize::from(contact.is_some());
+                expected.extend(contact);
+            }
+            Settled::Neither => {}
+        }
+    }
+    assert!(unsettled > 20 && missed > 20, "{unsettled} not settled, {missed} of them contacts");
+    let twice = Unsettled::Certify { evaluations: EVALUATIONS };
+    let by = |options| found_on(gpu, scene, on_card, options).unwrap();
+    let certified = by(QueryOptions { unsettled: twice, ..QueryOptions::default() });
+    assert_equal(&certified.contacts, &expected, &format!("two launches, {N} corners"));
+    assert_eq!(certified.unsettled_count, unsettled);
+    assert!(certified.unsettled.is_empty());
+
+    // No element within the margin is missed: those that the certified method finds by itself.
+    let alone = Certified { evaluations: EVALUATIONS, ..Certified::default() };
+    let (complete, _) = scene.expected(elements, &alone);
+    let ids = |contacts: &[Contact<f32>]| contacts.iter().map(|contact| contact.element).collect::<Vec<_>>();
+    assert_eq!(ids(&certified.contacts), ids(&complete));
+    // The first launch alone misses some.
+    let once = by(QueryOptions::default());
+    assert!(once.contacts.len() < complete.len(), "{} of {}", once.contacts.len(), complete.len());
+    assert_eq!((once.unsettled_count, once.unsettled), (0, vec![]));
 }
 
 #[test]

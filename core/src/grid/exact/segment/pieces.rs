@@ -8,6 +8,7 @@ use super::cubic::Cubic;
 use super::voxel_walk::Step;
 use super::{LANES, Line};
 use crate::grid::Storage;
+use crate::grid::exact::corners_of_thread;
 use crate::number::{Float, Real};
 
 /// Up to [`LANES`] pieces. Vectors are by axis, then by lane.
@@ -42,25 +43,27 @@ impl<R: Float> Pieces<R> {
     }
 
     #[inline(always)]
-    pub fn push(&mut self, line: &Line<R>, step: &Step<R>) {
-        let lane = self.count % LANES;
-        for axis in 0..3 {
-            self.cell[axis][lane] = step.cell[axis];
-            self.start[axis][lane] = line.start[axis];
-            self.direction[axis][lane] = line.direction[axis];
+    pub fn push<S: Storage>(&mut self, storage: &S, line: &Line<R>, step: &Step<R>) {
+        let lane = self.count.wrapping_sub(storage.first_lane());
+        if lane < S::LANES_OF_THREAD {
+            for axis in 0..3 {
+                self.cell[axis][lane] = step.cell[axis];
+                self.start[axis][lane] = line.start[axis];
+                self.direction[axis][lane] = line.direction[axis];
+            }
+            (self.entry_t[lane], self.exit_t[lane]) = (step.entry_t, step.exit_t);
         }
-        (self.entry_t[lane], self.exit_t[lane]) = (step.entry_t, step.exit_t);
         self.count = self.count.saturating_add(1);
     }
 
-    /// Computes all lanes and compares them with `limit`. Lanes from `count` on repeat stale pieces.
+    /// Computes the lanes of this thread and compares them with `limit`. Lanes from `count` on repeat stale pieces.
     #[inline(always)]
     pub fn minima<S: Storage>(&self, storage: &S, limit: R) -> PieceMinima<R> {
-        let samples = storage.corners_in_lanes(self.cell);
+        let samples = corners_of_thread(storage, self.cell);
         let zero = [R::zero(); LANES];
         let (is_finite, may_be_lower) = ([false; LANES], [0; LANES]);
         let mut minima = PieceMinima { t: zero, value: zero, lowest_corner: zero, is_finite, may_be_lower };
-        for lane in 0..LANES {
+        for lane in 0..S::LANES_OF_THREAD {
             let component = |axis: &[R; LANES]| axis[lane % LANES];
             let [cell, start, direction] = [&self.cell, &self.start, &self.direction]
                 .map(|axes| Vector3::new(component(&axes[0]), component(&axes[1]), component(&axes[2])));
