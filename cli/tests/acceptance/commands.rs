@@ -251,6 +251,20 @@ fn eval_reports_the_status_of_each_sample() {
     assert_eq!(statuses("sphere.sdf.toml", "0,0,0\n0,0,0.1\n"), ["degenerate_gradient", "good"]);
 }
 
+/// A name with the escape sequence that turns a terminal red, and a bell.
+#[cfg(unix)]
+#[test]
+fn text_of_a_file_does_not_act_on_the_terminal() {
+    let folder = Folder::new();
+    std::fs::create_dir(folder.at("of")).unwrap();
+    folder.write("of/\u{1b}[31mred\u{7}.obj", Model::cube().obj());
+    folder.done("bake of/\u{1b}[31mred\u{7}.obj --res 4 -o cube.sdf.h5");
+    let table = folder.done("info cube.sdf.h5");
+    says(&table, &["\u{fffd}[31mred\u{fffd}.obj, 12 triangles"]);
+    assert!(!table.contains(|c: char| c.is_control() && c != '\n'), "{table:?}");
+    assert_eq!(folder.json("info cube.sdf.h5")["source"]["name"], "\u{1b}[31mred\u{7}.obj");
+}
+
 #[test]
 fn info_describes_a_file() {
     let folder = scene();
