@@ -220,6 +220,14 @@ fn eval_prints_distance_and_gradient_of_each_point() {
     // Its output is valid input; a dash is standard input.
     let again = folder.sdftool("eval sphere.sdf.toml --points -").write_stdin(printed).assert().success();
     assert_eq!(String::from_utf8_lossy(&again.get_output().stdout), wanted);
+    // Numbers may be quoted, and are no header.
+    folder.write("quoted.csv", "\"2\",\"0\",\"0\"\n\"0\", \"-0.5\" ,\"0\"\n0,0,\" 3 \"\n");
+    assert_eq!(folder.done("eval sphere.sdf.toml --points quoted.csv"), wanted);
+    folder.write("quoted.csv", "\"2,5\",\"0,1\",\"0,3\"\n");
+    says(
+        &folder.refused("eval sphere.sdf.toml --points quoted.csv"),
+        &["line 1: expected x,y,z with points for decimals"],
+    );
     // A header is optional.
     let bare = folder.sdftool("eval sphere.sdf.toml --points -").write_stdin("2,0,0").assert().success();
     assert_eq!(
