@@ -37,8 +37,8 @@ pub struct TriangleMesh {
     pub(crate) stitches: Vec<[u32; 3]>,
     pub(crate) bounds: Aabb,
     pub(crate) report: MeshReport,
-    /// Number of pairs of triangles that cross, where it was counted before.
-    pub(crate) intersecting_pairs: Option<usize>,
+    /// Number of pairs of triangles that cross, or `None` in it if these are too many to compare, where this was asked before.
+    pub(crate) intersecting_pairs: Option<Option<usize>>,
     /// The triangles in the order of a tree, where one was built before.
     pub(crate) order: Option<Vec<u32>>,
     /// The tree of its triangles, and the mesh's orientation, where it was found before.

@@ -88,7 +88,7 @@ impl<'a> MeshDistance<'a> {
         let mut oriented = mesh_of_signs.orientation.take().unwrap_or_else(|| orient(mesh_of_signs));
         let orientations: Vec<f64> =
             tree_of_signs.triangles.iter().map(|triangle| oriented.orientations[*triangle as usize]).collect();
-        if oriented.topology.bounds_one_solid() {
+        if oriented.topology.is_one_closed_shell() {
             let count = || intersecting_pairs(mesh_of_signs, tree_of_signs, &orientations);
             oriented.topology.intersecting_pairs = mesh_of_signs.intersecting_pairs.unwrap_or_else(count);
         }

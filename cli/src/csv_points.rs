@@ -12,7 +12,7 @@ pub fn read(path: &Path) -> Result<Vec<[f64; 3]>> {
     read_from(std::fs::File::open(path).with_context(|| shown.clone())?, &shown)
 }
 
-/// Reads lines of x,y,z; semicolons or blanks may stand for the commas. A first line of column names, empty lines and columns after the
+/// Reads lines of x,y,z; semicolons or blanks may stand for the commas, and numbers may be quoted. A first line of column names, empty lines and columns after the
 /// third are skipped.
 pub fn read_from(source: impl Read, shown: &str) -> Result<Vec<[f64; 3]>> {
     let mut points = Vec::new();
@@ -22,7 +22,7 @@ pub fn read_from(source: impl Read, shown: &str) -> Result<Vec<[f64; 3]>> {
         if line.is_empty() {
             continue;
         }
-        let words: Vec<&str> = words(line).take(3).collect();
+        let words: Vec<&str> = words(line).map(unquoted).take(3).collect();
         let numbers: Result<Vec<f64>, _> = words.iter().map(|word| word.parse::<f64>()).collect();
         match numbers.map(<[f64; 3]>::try_from) {
             Ok(Ok(point)) if point.iter().any(|x| !x.is_finite()) => {
@@ -46,7 +46,13 @@ fn words(line: &str) -> Box<dyn Iterator<Item = &str> + '_> {
     }
 }
 
+/// A word without the quotation marks around it.
+fn unquoted(word: &str) -> &str {
+    word.strip_prefix('"').and_then(|word| word.strip_suffix('"')).map_or(word, str::trim)
+}
+
 /// `true` if no word is a number: numbers with something else between them are not names.
 fn is_header(line: &str) -> bool {
-    line.split(|c: char| c == ',' || c == ';' || c.is_whitespace()).all(|word| word.parse::<f64>().is_err())
+    line.split(|c: char| matches!(c, ',' | ';' | '"' | '\'') || c.is_whitespace())
+        .all(|word| word.parse::<f64>().is_err())
 }

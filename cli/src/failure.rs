@@ -111,7 +111,7 @@ pub fn sentence(error: &anyhow::Error) -> String {
 }
 
 /// A file's name may hold line feeds, and what a terminal would act on.
-fn on_one_line(text: &str) -> String {
+pub fn on_one_line(text: &str) -> String {
     text.chars().map(|c| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c }).collect()
 }
 

@@ -9,6 +9,7 @@ pub use sdf_field::page::{counts, number};
 use serde::Serialize;
 
 use crate::args::Json;
+use crate::failure::on_one_line;
 use crate::standard_output::{is_standard_output, to_stdout};
 
 /// The output of a command: rows for a person, one JSON object for a program.
@@ -36,7 +37,8 @@ impl<J: Serialize> Report<J> {
     fn print_rows(&self, out: &mut impl Write) -> io::Result<()> {
         let widest = self.rows.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0);
         for (name, value) in &self.rows {
-            writeln!(out, "{name:>widest$}  {value}")?;
+            // A value may be text from a file.
+            writeln!(out, "{name:>widest$}  {}", on_one_line(value))?;
         }
         Ok(())
     }

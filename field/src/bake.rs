@@ -245,7 +245,8 @@ fn dropped(report: &MeshReport) -> String {
         let pieces = kept_pieces + dropped_pieces;
         format!("; {crossing_triangles} faces cut where others meet them, {dropped_pieces} of {pieces} pieces inside of the solid, dropped")
     });
-    let uncut = has_too_many_crossings.then(|| "; too many faces cross: those inside of the solid count".to_owned());
+    let uncut = has_too_many_crossings
+        .then(|| "; too many faces cross or are near each other: those inside of the solid count".to_owned());
     counts.chain(cut).chain(uncut).collect()
 }
 

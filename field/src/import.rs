@@ -37,9 +37,9 @@ impl fmt::Display for ImportFormat {
 }
 
 impl ImportFormat {
-    /// `true` of a name that ends in npy.
-    pub fn is_npy(path: &Path) -> bool {
-        path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("npy"))
+    /// `true` of a file whose name ends in npy, or whose bytes begin as those of NumPy do.
+    pub fn is_npy(path: &Path, bytes: &[u8]) -> bool {
+        import::is_npy(bytes) || path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("npy"))
     }
 }
 

@@ -20,8 +20,8 @@ pub struct SurfaceMesh {
 }
 
 impl Field {
-    /// The surface φ = level within the box of a lattice, of whose cells each has one vertex at most. Blocks of cells whose
-    /// enclosure excludes the level are not sampled.
+    /// The surface φ = level within the box of a lattice, of whose cells each has one vertex at most: where two sheets cross the face
+    /// between two cells, an edge has four triangles. Blocks of cells whose enclosure excludes the level are not sampled.
     pub fn surface(&self, level: f64, lattice: &Lattice, threads: Threads) -> SurfaceMesh {
         threads.install(|| extract(self.as_any(), level, lattice))
     }

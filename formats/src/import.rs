@@ -9,7 +9,7 @@ use sdf_core::Aabb;
 use sdf_core::grid::Lattice;
 use thiserror::Error;
 
-pub use npy::npy;
+pub use npy::{is_npy, npy};
 pub use nvdb::nvdb;
 
 /// As of meshes that are baked: distances in f32 end at 3e38.

@@ -87,13 +87,16 @@ impl TriangleMesh {
 
     /// [`Self::divided`] by all pairs in contact, once they are found. Unchanged if the mesh bounds one solid.
     fn divided_alone(mut self, oriented: OrientedMesh, tree: Bvh, max_pairs: usize) -> Self {
-        if oriented.topology.bounds_one_solid() {
+        if oriented.topology.is_one_closed_shell() {
             let in_tree = |triangle: &u32| oriented.orientations[*triangle as usize];
             let orientations: Vec<f64> = tree.triangles.iter().map(in_tree).collect();
             let count = intersecting_pairs(&self, &tree, &orientations);
             self.intersecting_pairs = Some(count);
-            if count == 0 {
-                return self.with_known(tree, oriented);
+            match count {
+                Some(0) => return self.with_known(tree, oriented),
+                // Those in contact are no fewer.
+                None => return self.divided(oriented, tree, None),
+                Some(_) => (),
             }
         }
         let pairs = contacts(&self, &tree, max_pairs, |_, _| true, |_, _| ());

@@ -5,7 +5,7 @@
 //! |---|---|---|
 //! | 1 | their boxes are apart ([`Bvh::visit_overlapping`], then each pair) | exact |
 //! | 2 | all corners of one lie strictly on one side of the other's plane (Möller 1997, "A fast triangle-triangle intersection test") | f64 with an error bound |
-//! | 3 | a plane across the line of their centroids separates them but for a shared corner; where they may be in contact, no corner may be in the other's plane | f64 with an error bound |
+//! | 3 | a plane midway between their centroids, as seen from a shared corner, or across the line of them separates them but for that corner; where they may be in contact, no corner may be in the other's plane | f64 with an error bound |
 //! | 4 | they have an edge in common, and would lie on different sides of it in one plane | f64 with an error bound |
 //! | 5 | step 2 again | exact |
 //! | 6 | no edge of one crosses the other (Guigue and Devillers 2003, "Fast and robust triangle-triangle overlap test using orientation predicates"): for a segment pq that crosses abc, the volumes of pqab, pqbc, pqca have one sign | exact |
@@ -36,21 +36,20 @@ pub(crate) use rays::{whole_winding_number, winding_change};
 /// Triangles that are compared with one list of others: neighbours in the tree's order, and so in space.
 const GROUP_SIZE: usize = 8;
 
-/// Pairs that are compared at most, and more of large meshes: some ten seconds. Triangles of a surface are near a dozen others, those of a
+/// Pairs that are compared at most, after those that planes tell apart, and more of large meshes: some ten seconds. Triangles of a surface are near a dozen others, those of a
 /// heap near all.
 const MAX_TESTS: usize = 1 << 25;
 
 /// Pairs compared at most, for each triangle.
 const MAX_TESTS_PER_TRIANGLE: usize = 256;
 
-/// Number of pairs of triangles that cross, or overlap in one plane; [`MAX_TESTS`] where so many are near each other that counting them
+/// Number of pairs of triangles that cross, or overlap in one plane; `None` where so many are near each other that counting them
 /// would take too long. Triangles with orientation 0 are ignored.
-pub(crate) fn intersecting_pairs(mesh: &TriangleMesh, tree: &Bvh, orientations: &[f64]) -> usize {
-    let count = count_pairs(mesh, tree, orientations, |_, a, b, _| {
+pub(crate) fn intersecting_pairs(mesh: &TriangleMesh, tree: &Bvh, orientations: &[f64]) -> Option<usize> {
+    count_pairs(mesh, tree, orientations, true, |_, a, b, _| {
         let are_apart = are_apart_across_centroids(a, b) || are_apart_across_edge(a, b);
-        !are_apart && !Plane::new(b.1).separates(a, b.0) && intersect(a, b)
-    });
-    count.unwrap_or(MAX_TESTS)
+        !are_apart && intersect(a, b)
+    })
 }
 
 /// Why pairs in contact are not listed.
@@ -77,10 +76,9 @@ pub(super) fn contacts(
 ) -> Result<Vec<[u32; 2]>, TooMany> {
     let all = vec![1.0; tree.triangles.len()];
     let (found, count) = (Mutex::new(vec![]), AtomicUsize::new(0));
-    let counted = count_pairs(mesh, tree, &all, |plane_of_a, a, b, slots| {
+    let counted = count_pairs(mesh, tree, &all, false, |plane_of_a, a, b, slots| {
         let plane_of_b = Plane::new(b.1);
-        let are_apart = || are_apart_across_edge(a, b) || are_apart_off_planes([plane_of_a, &plane_of_b], a, b);
-        if plane_of_b.separates(a, b.0) || are_apart() {
+        if are_apart_across_edge(a, b) || are_apart_off_planes([plane_of_a, &plane_of_b], a, b) {
             return false;
         }
         let [first, second] = slots.map(|slot| tree.triangles[slot]);
@@ -101,12 +99,14 @@ pub(super) fn contacts(
     if count.into_inner() <= max_count { Ok(found) } else { Err(TooMany::Contacts) }
 }
 
-/// Number of pairs of triangles with overlapping boxes, and not parted by the first one's plane, that pass a test, which gets
-/// that plane, both, and their slots. Triangles with orientation 0 are ignored. `None` after too many tests.
+/// Number of pairs of triangles with overlapping boxes, and not parted by the plane of either, that pass a test, which gets
+/// the first one's plane, both, and their slots. Triangles with orientation 0 are ignored, and with `ignores_apart` pairs
+/// [apart around a corner](CornersX8::apart_around_corner), which are many in a fan. `None` after too many tests.
 fn count_pairs(
     mesh: &TriangleMesh,
     tree: &Bvh,
     orientations: &[f64],
+    ignores_apart: bool,
     test: impl Fn(&Plane, Corners, Corners, [usize; 2]) -> bool + Sync,
 ) -> Option<usize> {
     let (tests, max_tests) = (AtomicUsize::new(0), MAX_TESTS.max(MAX_TESTS_PER_TRIANGLE * tree.corners.len()));
@@ -128,8 +128,15 @@ fn count_pairs(
         let mut count_with = |slot: usize| {
             let (triangle, plane) = (corners(slot), Plane::new(&tree.corners[slot]));
             masks.resize(packed.len(), 0);
-            let (bounds, points) = (&box_around(&tree.corners[slot]), triangle.0);
-            tree.arch.dispatch(FindNotApart { triangles: packed, bounds, plane: &plane, points, masks });
+            let bounds = &box_around(&tree.corners[slot]);
+            tree.arch.dispatch(FindNotApart {
+                triangles: packed,
+                bounds,
+                plane: &plane,
+                triangle,
+                ignores_apart,
+                masks,
+            });
             let (mut count, mut tested) = (0, 0);
             for (others, mask) in near.chunks(LANES).zip(masks.iter()) {
                 let mut mask = *mask;
@@ -182,29 +189,29 @@ impl Plane {
         let side = self.normal.dot(&offset);
         if side.abs() > self.rounding.dot(&offset.abs()) + MIN_VOLUME { side } else { 0.0 }
     }
-
-    /// Do all corners of a triangle except those shared with `other` certainly lie on one side, and is there one?
-    fn separates(&self, (points, corners): Corners, other: &[u32; 3]) -> bool {
-        let own = || points.iter().zip(corners).filter(|(point, _)| !other.contains(point));
-        let sides = || own().map(|(_, corner)| self.certain_side(corner));
-        own().next().is_some() && (sides().all(|side| side > 0.0) || sides().all(|side| side < 0.0))
-    }
 }
 
-/// Is a plane across the line of the centroids, through the corner that both share or else between them, certain to have the
-/// triangles on either side but for that corner? So it is for most pairs around one corner.
+/// Is a plane certain to have the triangles on either side but for the corner that both share: through that corner, midway between the
+/// directions of the centroids, or else across the line of the centroids? So it is for most pairs around one corner.
 fn are_apart_across_centroids(a: Corners, b: Corners) -> bool {
     let mut shared = a.0.iter().zip(a.1).filter(|(point, _)| b.0.contains(point)).map(|(_, corner)| *corner);
     let (corner, is_more) = (shared.next(), shared.next().is_some());
     let [a_sum, b_sum] = [a, b].map(|(_, [p, q, r])| p + q + r);
-    let normal = b_sum - a_sum;
     let origin = corner.unwrap_or_else(|| (a_sum + b_sum) / 6.0);
+    let normal = corner.map_or(b_sum - a_sum, |corner| midway(corner, a_sum, b_sum));
     let plane = Plane { origin, normal, rounding: normal.abs() * DETERMINANT_ROUNDING };
     let all = |own: Corners, other: Corners, is_side: fn(f64) -> bool| {
         let mut own = own.0.iter().zip(own.1).filter(|(point, _)| !other.0.contains(point));
         own.all(|(_, corner)| is_side(plane.certain_side(corner)))
     };
     !is_more && all(a, b, |side| side < 0.0) && all(b, a, |side| side > 0.0)
+}
+
+/// Normal of the plane through a corner of two triangles, midway between the directions of their centroids, which are given as sums of
+/// corners.
+fn midway(corner: Vector3<f64>, a_sum: Vector3<f64>, b_sum: Vector3<f64>) -> Vector3<f64> {
+    let [a, b] = [a_sum, b_sum].map(|sum| sum - corner * 3.0);
+    b * a.norm() - a * b.norm()
 }
 
 /// Have two triangles a common edge, and would certainly lie on different sides of it if they were in one plane? Then they have no

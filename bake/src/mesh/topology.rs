@@ -32,9 +32,9 @@ pub struct Topology {
     pub shells: usize,
     /// Triangles that occur twice with opposite windings.
     pub doubled: usize,
-    /// Pairs of triangles that cross or overlap. Counted only if the mesh is one closed shell, and to the end only
-    /// if no more triangles are near each other than can be compared in some ten seconds.
-    pub intersecting_pairs: usize,
+    /// Pairs of triangles that cross or overlap. `None` if they are not counted: the mesh is not one closed shell, or more triangles are
+    /// near each other than can be compared in some ten seconds.
+    pub intersecting_pairs: Option<usize>,
     /// The one closed shell was wound inside out, and is turned as a whole.
     pub inside_out: bool,
 }
@@ -48,7 +48,12 @@ impl Topology {
     /// Is the mesh one closed shell without self-intersections and T-junctions? Then angle-weighted pseudo-normals give
     /// the sign.
     pub fn bounds_one_solid(&self) -> bool {
-        self.is_closed() && self.shells == 1 && self.intersecting_pairs == 0 && self.stitches == 0
+        self.is_one_closed_shell() && self.intersecting_pairs == Some(0)
+    }
+
+    /// Is the mesh one closed shell without T-junctions, whether or not it intersects itself?
+    pub(crate) fn is_one_closed_shell(&self) -> bool {
+        self.is_closed() && self.shells == 1 && self.stitches == 0
     }
 }
 
@@ -62,7 +67,7 @@ impl fmt::Display for Topology {
             (self.wrongly_wound, "wrongly wound face", "wrongly wound faces"),
             (self.non_orientable_edges, "edge that no winding suits", "edges that no winding suits"),
             (self.doubled, "face doubled back to back", "faces doubled back to back"),
-            (self.intersecting_pairs, "pair of intersecting faces", "pairs of intersecting faces"),
+            (self.intersecting_pairs.unwrap_or(0), "pair of intersecting faces", "pairs of intersecting faces"),
             (if self.shells > 1 { self.shells } else { 0 }, "shell", "shells"),
         ];
         if self.shells == 0 {
@@ -75,6 +80,10 @@ impl fmt::Display for Topology {
         }
         if self.inside_out {
             write!(f, "{separator}wound inside out")?;
+            separator = ", ";
+        }
+        if self.is_one_closed_shell() && self.intersecting_pairs.is_none() {
+            write!(f, "{separator}intersecting faces not counted, as too many are near each other")?;
         }
         Ok(())
     }

@@ -22,18 +22,15 @@ pub fn import_grid(
     spacing: Option<f64>,
     origin: Option<[f64; 3]>,
 ) -> PyResult<Sdf> {
-    let format = match (ImportFormat::is_npy(&path), spacing) {
+    let bytes = pools::run(py, None, || std::fs::read(&path))?;
+    let bytes = bytes.map_err(|error| io_error(&error, &path, &format!("{}: {error}", path.display())))?;
+    let format = match (ImportFormat::is_npy(&path, &bytes), spacing) {
         (true, Some(spacing)) => ImportFormat::Npy { origin: origin.unwrap_or_default(), spacing },
         (true, None) => return Err(value_error("spacing: a NumPy array does not say how far its nodes are apart")),
         (false, None) if origin.is_none() => ImportFormat::Nvdb,
         (false, _) => return Err(value_error("a NanoVDB file has its own place: leave out spacing and origin")),
     };
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let imported = pools::run(py, None, || {
-        let bytes = std::fs::read(&path)?;
-        Ok(Field::import(&bytes, format, Source { name, ..Source::default() }))
-    })?;
-    let imported =
-        imported.map_err(|error: std::io::Error| io_error(&error, &path, &format!("{}: {error}", path.display())))?;
+    let imported = pools::run(py, None, || Field::import(&bytes, format, Source { name, ..Source::default() }))?;
     imported.map(Sdf).map_err(|error| value_error(format!("{}: {error}", path.display())))
 }

@@ -28,8 +28,9 @@ pub fn run(args: &ImportArgs) -> Result<()> {
     };
     output::ensure_writable(&output, &[&args.file])?;
     output::ensure_alone(&output, args.json)?;
-    // A name tells what is in a file. Of standard input --spacing does, which a NumPy array needs.
-    let is_npy = ImportFormat::is_npy(&args.file) || is_standard_input(&args.file) && args.spacing.is_some();
+    let bytes = bytes(&args.file)?;
+    // Of standard input --spacing tells what is in it, which a NumPy array needs.
+    let is_npy = ImportFormat::is_npy(&args.file, &bytes) || is_standard_input(&args.file) && args.spacing.is_some();
     let format = match (is_npy, args.spacing) {
         (true, Some(spacing)) => ImportFormat::Npy { origin: args.origin.map_or([0.0; 3], |origin| origin.0), spacing },
         (true, None) => misuse!("{shown}: a NumPy array does not say how far its nodes are apart: add --spacing"),
@@ -40,7 +41,6 @@ pub fn run(args: &ImportArgs) -> Result<()> {
     if args.output.is_none() && output.exists() {
         bail!("{}: is there already: name the grid with -o, this name to replace it", output.display());
     }
-    let bytes = bytes(&args.file)?;
     let name = args.file.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let source = Source { name, sha256: Sha256::digest(&bytes).into(), triangles: 0 };
     let field = Field::import(&bytes, format, source).with_context(|| shown.clone())?;

@@ -220,6 +220,14 @@ fn eval_prints_distance_and_gradient_of_each_point() {
     // Its output is valid input; a dash is standard input.
     let again = folder.sdftool("eval sphere.sdf.toml --points -").write_stdin(printed).assert().success();
     assert_eq!(String::from_utf8_lossy(&again.get_output().stdout), wanted);
+    // Numbers may be quoted, and are no header.
+    folder.write("quoted.csv", "\"2\",\"0\",\"0\"\n\"0\", \"-0.5\" ,\"0\"\n0,0,\" 3 \"\n");
+    assert_eq!(folder.done("eval sphere.sdf.toml --points quoted.csv"), wanted);
+    folder.write("quoted.csv", "\"2,5\",\"0,1\",\"0,3\"\n");
+    says(
+        &folder.refused("eval sphere.sdf.toml --points quoted.csv"),
+        &["line 1: expected x,y,z with points for decimals"],
+    );
     // A header is optional.
     let bare = folder.sdftool("eval sphere.sdf.toml --points -").write_stdin("2,0,0").assert().success();
     assert_eq!(
@@ -249,6 +257,20 @@ fn eval_reports_the_status_of_each_sample() {
     assert_eq!(statuses("ball.sdf.h5", "0,0,0.5\n0,0,9\n1e200,0,0\n"), ["good", "outside_grid", "not_finite"]);
     assert_eq!(statuses("sparse.sdf.h5", "0,0,1\n0.3,0.1,0.2\n0,0,9\n"), ["good", "beyond_band", "outside_grid"]);
     assert_eq!(statuses("sphere.sdf.toml", "0,0,0\n0,0,0.1\n"), ["degenerate_gradient", "good"]);
+}
+
+/// A name with the escape sequence that turns a terminal red, and a bell.
+#[cfg(unix)]
+#[test]
+fn text_of_a_file_does_not_act_on_the_terminal() {
+    let folder = Folder::new();
+    std::fs::create_dir(folder.at("of")).unwrap();
+    folder.write("of/\u{1b}[31mred\u{7}.obj", Model::cube().obj());
+    folder.done("bake of/\u{1b}[31mred\u{7}.obj --res 4 -o cube.sdf.h5");
+    let table = folder.done("info cube.sdf.h5");
+    says(&table, &["\u{fffd}[31mred\u{fffd}.obj, 12 triangles"]);
+    assert!(!table.contains(|c: char| c.is_control() && c != '\n'), "{table:?}");
+    assert_eq!(folder.json("info cube.sdf.h5")["source"]["name"], "\u{1b}[31mred\u{7}.obj");
 }
 
 #[test]

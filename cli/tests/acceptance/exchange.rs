@@ -84,6 +84,10 @@ fn an_imported_grid_finds_the_same_contacts_and_says_that_nothing_is_certified()
     }
     folder.done("import ball.npy --spacing 1e28 --origin 0,-1e29,0 -o far.sdf.h5");
     says(&folder.misused("import ball.npy"), &["ball.npy", "add --spacing"]);
+    // By its first bytes, whatever its name.
+    folder.write("ball.array", folder.read("ball.npy"));
+    folder.done("import ball.array --spacing 0.1 -o named.sdf.h5");
+    says(&folder.misused("import ball.array -o named.sdf.h5"), &["ball.array: a NumPy array", "add --spacing"]);
     says(&folder.misused("import ball.nvdb --spacing 1 -o x.sdf.h5"), &["remove --spacing"]);
     for words in ["import ball.npz", "import ball.NPZ --spacing 1 -o x.sdf.h5"] {
         says(&folder.misused(words), &["an archive of arrays is not read: import one of its .npy"]);

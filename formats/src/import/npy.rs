@@ -3,6 +3,11 @@
 use super::{ImportError, Volume, refused, require_finite, room};
 use crate::export::NPY_MAGIC;
 
+/// Tells a NumPy file by its first bytes.
+pub fn is_npy(bytes: &[u8]) -> bool {
+    bytes.starts_with(NPY_MAGIC)
+}
+
 /// Reads an array of shape (z, y, x) whose node (0, 0, 0) is at `origin`. Takes at most `max_bytes` for the samples.
 pub fn npy(bytes: &[u8], origin: [f64; 3], spacing: f64, max_bytes: f64) -> Result<Volume, ImportError> {
     let Some(rest) = bytes.strip_prefix(NPY_MAGIC) else { return refused("not a NumPy file") };

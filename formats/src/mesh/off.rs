@@ -69,8 +69,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, MeshFault> {
     }
     let [point_count, face_count] =
         [reader.whole_number("the number of points")?, reader.whole_number("the number of faces")?];
-    // The number of edges, which may be wrong or missing.
-    reader.skip_line();
+    reader.skip_edge_count();
 
     let mut points = Vec::new();
     for _ in 0..point_count {
@@ -117,6 +116,19 @@ impl<'a> Reader<'a> {
     /// Goes to the next line, past colours and the like.
     fn skip_line(&mut self) {
         self.text.next_line();
+    }
+
+    /// Goes past the number of edges, which may be wrong or missing, on this line or alone on a later one.
+    fn skip_edge_count(&mut self) {
+        let is_missing = self.text.token().is_empty();
+        self.skip_line();
+        let mut ahead = Self { text: Text::from_line(self.text.rest(), self.text.line) };
+        let word = ahead.word();
+        let is_number = !word.is_empty() && word.iter().all(u8::is_ascii_digit);
+        if is_missing && is_number && ahead.text.token().is_empty() {
+            ahead.skip_line();
+            *self = ahead;
+        }
     }
 
     fn whole_number(&mut self, what: &str) -> Result<u64, MeshFault> {

@@ -11,6 +11,9 @@ const SPARSE_3: &[u8] = include_bytes!("../golden/version-3-sparse.h5");
 
 const DENSE_5: &[u8] = include_bytes!("../golden/version-5-dense-u16.h5");
 
+/// That of version 3, its chunks shuffled but not deflated: written again by h5py.
+const SHUFFLED: &[u8] = include_bytes!("../golden/shuffled-dense.h5");
+
 const POINTS: [[f64; 3]; 3] = [[0.0, 0.0, 0.0], [0.9, 0.2, -0.3], [1.1, 0.25, 0.5]];
 
 fn values(stored: &StoredGrid) -> [f64; 3] {
@@ -29,6 +32,13 @@ fn files_of_version_3_have_the_values_that_they_had() {
     assert_eq!(sparse.sparse.map(|sparse| (sparse.precision, sparse.bricks)), Some((Precision::U16, 20)));
     let mesh = sparse.mesh.unwrap();
     assert_eq!((mesh.vertices.len(), mesh.triangles.len(), mesh.is_sign_continuous), (8, 12, true));
+}
+
+#[test]
+fn chunks_that_are_shuffled_alone_are_read() {
+    let [dense, shuffled] =
+        [DENSE_3, SHUFFLED].map(|bytes| grid_file::read_bytes(bytes, "grid").unwrap_or_else(|error| panic!("{error}")));
+    assert!(shuffled.grid == dense.grid && shuffled.about == dense.about);
 }
 
 #[test]

@@ -49,6 +49,8 @@ fn one_square_may_be_spelled_in_many_ways() {
         format!("# made by hand\n\nOFF # a square\n# counts\n4 1 0 # edges may be wrong\n\n{square}# end\n"),
         format!("OFF\n4 1 0\n  # the points\n{}", square.replace("1 1 0\n", "1 1 0\n\t# the last\n")),
         format!("OFF\n4\n1\n{square}"),
+        format!("OFF\n4\n1\n4\n{square}"),
+        format!("OFF 4\n1 # faces\n# edges\n\n 0 # none\n{square}"),
         format!("OFF\n4 1 4\n{}", square.replace("4 0 1 2 3", "4\n0 1 # two lines\n2 3 255 0 0")),
         format!("COFF\n4 1 4\n{colored}"),
         format!("NOFF\n4 1 4\n{colored}"),

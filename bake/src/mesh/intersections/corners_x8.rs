@@ -3,15 +3,17 @@
 use sdf_core::Aabb;
 
 use super::{Corners, Plane};
-use crate::rounding::MIN_VOLUME;
+use crate::rounding::{DETERMINANT_ROUNDING, MIN_VOLUME};
 use crate::simd::{LANES, Lanes, VectorX8, bits_of, dot, max, min};
 
-/// [`CornersX8::not_apart`] of many triangles, dispatched to the instruction set of the machine.
+/// [`CornersX8::not_apart`] of many triangles, without those [apart by their own planes](CornersX8::apart_by_own_planes) and, with
+/// `ignores_apart`, [around a corner](CornersX8::apart_around_corner), dispatched to the instruction set of the machine.
 pub(super) struct FindNotApart<'a> {
     pub triangles: &'a [CornersX8],
     pub bounds: &'a Aabb,
     pub plane: &'a Plane,
-    pub points: &'a [u32; 3],
+    pub triangle: Corners<'a>,
+    pub ignores_apart: bool,
     pub masks: &'a mut [u32],
 }
 
@@ -21,7 +23,13 @@ impl pulp::NullaryFnOnce for FindNotApart<'_> {
     #[inline(always)]
     fn call(self) {
         for (triangles, mask) in self.triangles.iter().zip(self.masks) {
-            *mask = triangles.not_apart(self.bounds, self.plane, self.points);
+            *mask = triangles.not_apart(self.bounds, self.plane, self.triangle.0);
+            if *mask != 0 {
+                *mask &= !triangles.apart_by_own_planes(self.triangle);
+            }
+            if self.ignores_apart && *mask != 0 {
+                *mask &= !triangles.apart_around_corner(self.triangle);
+            }
         }
     }
 }
@@ -47,8 +55,8 @@ impl CornersX8 {
         all
     }
 
-    /// Bits of the triangles whose boxes meet a box, and which a plane does not certainly separate from the triangle of
-    /// some points ([`Plane::separates`]).
+    /// Bits of the triangles whose boxes meet a box, and whose corners, except for those of some points, a plane does not certainly have
+    /// all on one side.
     #[inline(always)]
     fn not_apart(&self, bounds: &Aabb, plane: &Plane, points: &[u32; 3]) -> u32 {
         let points = points.map(u64::from);
@@ -74,4 +82,104 @@ impl CornersX8 {
         }
         bits_of(&is_kept)
     }
+
+    /// Bits of the triangles whose own planes certainly have all corners of another, except for those that both share, on one side.
+    #[inline(always)]
+    pub fn apart_by_own_planes(&self, (points, corners): Corners) -> u32 {
+        let [first, second, third] = &self.positions;
+        let (mut normal, mut rounding) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
+        // As in `Plane::new`.
+        for axis in 0..3 {
+            let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+            for lane in 0..LANES {
+                let positive = (second[next][lane] - first[next][lane]) * (third[last][lane] - first[last][lane]);
+                let negative = (second[last][lane] - first[last][lane]) * (third[next][lane] - first[next][lane]);
+                normal[axis][lane] = positive - negative;
+                rounding[axis][lane] = (positive.abs() + negative.abs()) * DETERMINANT_ROUNDING;
+            }
+        }
+        let (mut are_above, mut are_below, mut is_any) = ([true; LANES], [true; LANES], [false; LANES]);
+        for (point, corner) in points.iter().zip(corners) {
+            let point = u64::from(*point);
+            for lane in 0..LANES {
+                let is_shared =
+                    (point == self.points[0][lane]) | (point == self.points[1][lane]) | (point == self.points[2][lane]);
+                let x = corner.x - first[0][lane];
+                let y = corner.y - first[1][lane];
+                let z = corner.z - first[2][lane];
+                let side = normal[0][lane] * x + normal[1][lane] * y + normal[2][lane] * z;
+                let error = rounding[0][lane] * x.abs() + rounding[1][lane] * y.abs() + rounding[2][lane] * z.abs();
+                are_above[lane] &= is_shared | (side > error + MIN_VOLUME);
+                are_below[lane] &= is_shared | (side < -(error + MIN_VOLUME));
+                is_any[lane] |= !is_shared;
+            }
+        }
+        let mut is_apart = [false; LANES];
+        for lane in 0..LANES {
+            is_apart[lane] = is_any[lane] & (are_above[lane] | are_below[lane]);
+        }
+        bits_of(&is_apart)
+    }
+
+    /// Bits of the triangles that share one corner with another and are certainly apart from it but for that corner
+    /// ([`are_apart_across_centroids`](super::are_apart_across_centroids)).
+    #[inline(always)]
+    pub fn apart_around_corner(&self, (points, corners): Corners) -> u32 {
+        let [p, q, r] = points.map(u64::from);
+        let [a, b, c]: [[f64; 3]; 3] = [corners[0].into(), corners[1].into(), corners[2].into()];
+        let own_sum = [a[0] + b[0] + c[0], a[1] + b[1] + c[1], a[2] + b[2] + c[2]];
+        let mut is_apart = [false; LANES];
+        let (mut origin, mut normal) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
+        for lane in 0..LANES {
+            let is_shared = |point: u64| {
+                (point == self.points[0][lane]) | (point == self.points[1][lane]) | (point == self.points[2][lane])
+            };
+            let (is_p, is_q, is_r) = (is_shared(p), is_shared(q), is_shared(r));
+            is_apart[lane] = u8::from(is_p) + u8::from(is_q) + u8::from(is_r) == 1;
+            for axis in 0..3 {
+                let q_or_r = if is_q { b[axis] } else { c[axis] };
+                origin[axis][lane] = if is_p { a[axis] } else { q_or_r };
+            }
+        }
+        // As in `midway`.
+        for lane in 0..LANES {
+            let offset = |axis: usize| own_sum[axis] - 3.0 * origin[axis][lane];
+            let other_offset = |axis: usize| {
+                let [first, second, third] = &self.positions;
+                first[axis][lane] + second[axis][lane] + third[axis][lane] - 3.0 * origin[axis][lane]
+            };
+            let (x, y, z) = (offset(0), offset(1), offset(2));
+            let (u, v, w) = (other_offset(0), other_offset(1), other_offset(2));
+            let (own, other) = ((x * x + y * y + z * z).sqrt(), (u * u + v * v + w * w).sqrt());
+            normal[0][lane] = u * own - x * other;
+            normal[1][lane] = v * own - y * other;
+            normal[2][lane] = w * own - z * other;
+        }
+        for (point, corner) in [(p, a), (q, b), (r, c)] {
+            for lane in 0..LANES {
+                let is_shared =
+                    (point == self.points[0][lane]) | (point == self.points[1][lane]) | (point == self.points[2][lane]);
+                let [side, rounding] = side_of([&normal, &origin], lane, corner);
+                is_apart[lane] &= is_shared | (side < -rounding);
+            }
+        }
+        for (points, positions) in self.points.iter().zip(&self.positions) {
+            for lane in 0..LANES {
+                let is_shared = (points[lane] == p) | (points[lane] == q) | (points[lane] == r);
+                let [x, y, z] = positions;
+                let [side, rounding] = side_of([&normal, &origin], lane, [x[lane], y[lane], z[lane]]);
+                is_apart[lane] &= is_shared | (side > rounding);
+            }
+        }
+        bits_of(&is_apart)
+    }
+}
+
+/// normal · (point − origin) in one lane, and how much of it rounding may be, as in [`Plane::certain_side`].
+#[inline(always)]
+fn side_of([normal, origin]: [&VectorX8<f64>; 2], lane: usize, point: [f64; 3]) -> [f64; 2] {
+    let x = normal[0][lane] * (point[0] - origin[0][lane]);
+    let y = normal[1][lane] * (point[1] - origin[1][lane]);
+    let z = normal[2][lane] * (point[2] - origin[2][lane]);
+    [x + y + z, (x.abs() + y.abs() + z.abs()) * DETERMINANT_ROUNDING + MIN_VOLUME]
 }

@@ -4,6 +4,15 @@ use super::*;
 use crate::testing::{random, random_vector};
 use crate::{MeshDistance, SignMethod};
 
+impl Plane {
+    /// Do all corners of a triangle except those shared with `other` certainly lie on one side, and is there one?
+    fn separates(&self, (points, corners): Corners, other: &[u32; 3]) -> bool {
+        let own = || points.iter().zip(corners).filter(|(point, _)| !other.contains(point));
+        let sides = || own().map(|(_, corner)| self.certain_side(corner));
+        own().next().is_some() && (sides().all(|side| side > 0.0) || sides().all(|side| side < 0.0))
+    }
+}
+
 /// Triangles with corners on a small integer grid: they often touch, lie in one plane or have no area.
 fn coarse_triangles(state: &mut u64) -> [([u32; 3], [Vector3<f64>; 3]); 2] {
     let points: Vec<Vector3<f64>> = (0..6).map(|_| random_vector(state).map(|x| (1.6 * x).round())).collect();
@@ -15,7 +24,7 @@ fn coarse_triangles(state: &mut u64) -> [([u32; 3], [Vector3<f64>; 3]); 2] {
 fn a_pair_that_is_rejected_early_does_not_intersect() {
     let mut state = 23;
     let (mut intersecting, mut rejected, mut across_edge) = (0, 0, 0);
-    let (mut apart, mut off_planes) = ([0; 2], [0; 2]);
+    let (mut apart, mut off_planes, mut around_corner) = ([0; 2], [0; 2], 0);
     for _ in 0..200_000 {
         let triangles = coarse_triangles(&mut state);
         if triangles.iter().any(|(_, corners)| area_vector(*corners) == Vector3::zeros()) {
@@ -36,6 +45,12 @@ fn a_pair_that_is_rejected_early_does_not_intersect() {
             assert!(!wanted, "{a:?} {b:?}");
             apart[shared] += 1;
         }
+        let of_b = CornersX8::new(&[0], |_| b);
+        assert_eq!(of_b.apart_by_own_planes(a) & 1 != 0, planes[1].separates(a, b.0), "{a:?} {b:?}");
+        if of_b.apart_around_corner(a) & 1 != 0 {
+            assert!(!wanted && shared == 1, "{a:?} {b:?}");
+            around_corner += 1;
+        }
         if are_apart_across_edge(a, b) {
             assert!(!wanted && !are_in_contact(a, b), "{a:?} {b:?}");
             across_edge += 1;
@@ -45,7 +60,7 @@ fn a_pair_that_is_rejected_early_does_not_intersect() {
             off_planes[shared] += 1;
         }
     }
-    let counts = apart.iter().chain(&off_planes).chain([&intersecting, &rejected, &across_edge]);
+    let counts = apart.iter().chain(&off_planes).chain([&intersecting, &rejected, &across_edge, &around_corner]);
     assert!(counts.clone().all(|count| *count > 500), "{:?}", counts.collect::<Vec<_>>());
 }
 

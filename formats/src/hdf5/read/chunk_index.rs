@@ -27,9 +27,9 @@ const MAX_LEVEL: u8 = 5;
 
 /// Packing of chunks, as the file states it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Packing {
-    None,
-    Deflated { is_shuffled: bool },
+pub(super) struct Packing {
+    pub is_shuffled: bool,
+    pub is_deflated: bool,
 }
 
 /// Location and form of a dataset's chunks.
@@ -137,9 +137,10 @@ impl TreeWalk<'_> {
         if filter_mask != 0 || offset_in_element != 0 || !is_in_file {
             return Err(ReadError::damaged(format!("a chunk of {} lies outside the file", self.name)));
         }
-        let fits = match self.packing {
-            Packing::None => self.chunk_bytes == u64::from(stored_bytes),
-            Packing::Deflated { .. } => self.chunk_bytes.div_ceil(MAX_EXPANSION) <= u64::from(stored_bytes),
+        let fits = if self.packing.is_deflated {
+            self.chunk_bytes.div_ceil(MAX_EXPANSION) <= u64::from(stored_bytes)
+        } else {
+            self.chunk_bytes == u64::from(stored_bytes)
         };
         if !fits {
             return Err(declared_too_large(self.name));
@@ -226,34 +227,35 @@ fn tiling<T: Element>(body: &[u8], name: &str, shape: &[usize]) -> Result<(Tilin
     Ok((Tiling::new(shape, &sides), tree))
 }
 
-/// Section IV.A.2.l, version 1: no filters, or deflate at last and only shuffling before it.
+/// Section IV.A.2.l, version 1: shuffling, then deflate, or one of both, or no filters.
 fn packing<T: Element>(object: &Object, name: &str) -> Result<Packing, ReadError> {
-    let refused =
-        || ReadError::unexpected(format!("its {name} is packed neither by deflate nor by shuffling and deflate"));
+    let refused = || ReadError::unexpected(format!("its {name} has filters other than shuffling and then deflate"));
+    let mut packing = Packing { is_shuffled: false, is_deflated: false };
     let Some(body) = object.only(FILTERS) else {
-        return if object.all(FILTERS).next().is_none() { Ok(Packing::None) } else { Err(refused()) };
+        return if object.all(FILTERS).next().is_none() { Ok(packing) } else { Err(refused()) };
     };
     let mut fields = Fields(body);
     let [version, count] = [fields.u8()?, fields.u8()?];
-    let filters = match count {
-        1 => &[DEFLATE][..],
-        2 => &[SHUFFLE, DEFLATE],
-        _ => return Err(refused()),
-    };
-    if version != 1 {
+    if version != 1 || !(1..=2).contains(&count) {
         return Err(refused());
     }
     fields.skip(6)?;
-    for filter in filters {
+    for _ in 0..count {
         let id = fields.u16()?;
         let name_bytes = usize::from(fields.u16()?);
         fields.skip(2)?;
         let value_count = usize::from(fields.u16()?);
         fields.skip(name_bytes.next_multiple_of(8))?;
         let values = fields.bytes(value_count.next_multiple_of(2) * 4)?;
-        if id != *filter || (id == SHUFFLE && Fields(values).u32()? as usize != T::BYTES) {
-            return Err(refused());
-        }
+        packing = match (id, packing) {
+            (DEFLATE, Packing { is_deflated: false, .. }) => Packing { is_deflated: true, ..packing },
+            (SHUFFLE, Packing { is_shuffled: false, is_deflated: false })
+                if Fields(values).u32()? as usize == T::BYTES =>
+            {
+                Packing { is_shuffled: true, ..packing }
+            }
+            _ => return Err(refused()),
+        };
     }
-    Ok(Packing::Deflated { is_shuffled: count == 2 })
+    Ok(packing)
 }

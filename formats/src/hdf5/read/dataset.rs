@@ -149,21 +149,16 @@ impl<T: Element> Dataset<T> {
         let tile = self.tiling().tile(chunk);
         let chunk = &self.index.chunks[chunk];
         let [sz, sy, sx] = self.tiling().sides();
-        let is_shuffled = match self.index.packing {
-            Packing::None if tile.size == [sz, sy, sx] => {
-                return source.read_into(chunk.address, chunk.stored_bytes, unpacked);
-            }
-            Packing::None => {
-                source.read_into(chunk.address, chunk.stored_bytes, packed)?;
-                false
-            }
-            Packing::Deflated { is_shuffled } => {
-                source.read_into(chunk.address, chunk.stored_bytes, stored)?;
-                packed.resize(sz * sy * sx * T::BYTES, 0);
-                self.inflate(inflater, stored, packed)?;
-                is_shuffled
-            }
-        };
+        let Packing { is_shuffled, is_deflated } = self.index.packing;
+        if is_deflated {
+            source.read_into(chunk.address, chunk.stored_bytes, stored)?;
+            packed.resize(sz * sy * sx * T::BYTES, 0);
+            self.inflate(inflater, stored, packed)?;
+        } else if !is_shuffled && tile.size == [sz, sy, sx] {
+            return source.read_into(chunk.address, chunk.stored_bytes, unpacked);
+        } else {
+            source.read_into(chunk.address, chunk.stored_bytes, packed)?;
+        }
         let [size_z, size_y, size_x] = tile.size;
         unpacked.resize(size_z * size_y * size_x * T::BYTES, 0);
         let rows = (0..size_z).flat_map(|z| (0..size_y).map(move |y| (z * sy + y) * sx));
