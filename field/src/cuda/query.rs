@@ -3,7 +3,6 @@
 
 use sdf_core::AnyField;
 use sdf_core::contact::{Contact, Feature, one_per_feature};
-use sdf_core::grid::owned::OwnedStorage;
 use sdf_core::nalgebra::Vector3;
 use sdf_core::placed::{Placement, Rigid};
 use sdf_gpu::{
@@ -251,10 +250,9 @@ fn card_options(field: &Field, elements: &Owned, options: &ContactOptions) -> Re
         // A point has one minimum, found by one evaluation.
         _ if matches!(elements, Owned::Vertices) => (sdf_gpu::Method::PointSampling, 1, Unsettled::Keep),
         Method::Auto => {
-            let is_dense = field.grid().is_some_and(|grid| matches!(grid.storage(), OwnedStorage::Dense(_)));
-            let unsettled = match is_dense {
-                true => Unsettled::CertifyThenList { evaluations: options.budget() },
-                false => Unsettled::List,
+            let unsettled = match field.grid() {
+                Some(_) => Unsettled::CertifyThenList { evaluations: options.budget() },
+                None => Unsettled::List,
             };
             (sdf_gpu::Method::FrankWolfe, Method::FrankWolfe.default_budget(), unsettled)
         }

@@ -5,8 +5,6 @@ use core::arch::asm;
 
 use sdf_core::combine::Compound;
 use sdf_core::delegate_sdf;
-#[cfg(target_arch = "nvptx64")]
-use sdf_core::grid::TEAM_LANES;
 use sdf_core::grid::sparse::{BRICK_SAMPLES, Bricks, Code, Scale, Sparse};
 use sdf_core::grid::{BlockBounds, Grid, Lattice, Storage, WithBlockBounds};
 use sdf_core::nalgebra::Vector3;
@@ -15,12 +13,13 @@ use sdf_core::shapes::{Capsule, Cone, Cuboid, Cylinder, Sphere, Torus};
 use sdf_core::{Aabb, EnclosedSdf, Real, Sample, Sdf};
 
 use crate::abi::{FIELD_MARK, FieldBlob, GridParams, ShapeParams, Slice, shape};
+use crate::team::OfTeam;
 
 /// Dense samples with block bounds.
-pub type DenseGrid = Grid<WithBlockBounds<CardDense, &'static [BlockBounds]>>;
+pub type DenseGrid = Grid<WithBlockBounds<OfTeam<CardDense>, &'static [BlockBounds]>>;
 
 /// Bricks of any precision.
-pub type SparseGrid<C> = Grid<Sparse<CardBricks<C>>>;
+pub type SparseGrid<C> = Grid<OfTeam<Sparse<CardBricks<C>>>>;
 
 /// The union of closed forms.
 pub type Shapes = Compound<&'static [Part]>;
@@ -63,61 +62,6 @@ impl Storage for CardDense {
         let ([e, f], [g, h]) = (pair(above), pair(above.wrapping_add(self.row)));
         [a, b, c, d, e, f, g, h]
     }
-
-    // A team of threads has one element, each thread a lane. Kernels without teams have no such lanes.
-    #[cfg(target_arch = "nvptx64")]
-    const LANES_OF_THREAD: usize = 1;
-
-    #[cfg(target_arch = "nvptx64")]
-    #[inline(always)]
-    fn first_lane(&self) -> usize {
-        thread_of_block() as usize % TEAM_LANES
-    }
-
-    #[cfg(target_arch = "nvptx64")]
-    #[inline(always)]
-    fn of_lane<T: Copy>(&self, computed: &[T; TEAM_LANES], lane: usize) -> T {
-        const { assert!(size_of::<T>() <= size_of::<u32>()) };
-        let team = 0xFF << (thread_of_block() & 24);
-        let mut word = 0_u32;
-        // SAFETY: a value of up to four bytes fits. All threads of the team are here: what decides their way is the same in each.
-        unsafe {
-            (&raw mut word).cast::<T>().write(computed[0]);
-            word = shuffle(team, word, lane as u32, EIGHTS_OF_WARP);
-            (&raw const word).cast::<T>().read()
-        }
-    }
-
-    #[cfg(target_arch = "nvptx64")]
-    #[inline(always)]
-    fn lanes_where(&self, computed: &[u8; TEAM_LANES]) -> u32 {
-        let first = thread_of_block() & 24;
-        // SAFETY: as above.
-        unsafe { ballot(0xFF << first, computed[0] != 0) >> first & 0xFF }
-    }
-}
-
-/// Index of this thread in its block.
-#[cfg(target_arch = "nvptx64")]
-#[inline(always)]
-fn thread_of_block() -> u32 {
-    // SAFETY: this reads a register that every thread has.
-    unsafe { core::arch::nvptx::_thread_idx_x() as u32 }
-}
-
-/// The third operand of `shfl.sync.idx`: lanes are counted within eight threads.
-#[cfg(target_arch = "nvptx64")]
-const EIGHTS_OF_WARP: u32 = 0x181F;
-
-#[cfg(target_arch = "nvptx64")]
-unsafe extern "C" {
-    /// The value of another thread. No inline assembly, which the compiler might take apart into two branches.
-    #[link_name = "llvm.nvvm.shfl.sync.idx.i32"]
-    fn shuffle(threads: u32, value: u32, lane: u32, segment: u32) -> u32;
-
-    /// A bit for each of these threads.
-    #[link_name = "llvm.nvvm.vote.ballot.sync"]
-    fn ballot(threads: u32, bit: bool) -> u32;
 }
 
 /// A number that no thread writes, read through the cache for such numbers.
@@ -298,7 +242,7 @@ fn grid<S: Storage>(params: &GridParams, storage: impl FnOnce(&Lattice) -> Optio
 pub unsafe fn dense(params: &GridParams) -> Option<DenseGrid> {
     // SAFETY: the caller's.
     let (samples, bounds) = unsafe { (slice(params.samples), slice(params.bounds)) };
-    grid(params, |lattice| WithBlockBounds::new(lattice, CardDense::new(lattice, samples)?, bounds))
+    grid(params, |lattice| WithBlockBounds::new(lattice, OfTeam(CardDense::new(lattice, samples)?), bounds))
 }
 
 /// # Safety
@@ -315,7 +259,7 @@ pub unsafe fn sparse<C: Code>(params: &GridParams) -> Option<SparseGrid<C>> {
             errors: slice(params.errors),
         }
     };
-    grid(params, |lattice| Sparse::new(lattice, bricks))
+    grid(params, |lattice| Some(OfTeam(Sparse::new(lattice, bricks)?)))
 }
 
 /// A closed form from the arguments of its constructor.

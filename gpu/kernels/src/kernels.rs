@@ -232,6 +232,10 @@ macro_rules! certify {
 certify! { CERTIFY:
     search_faces_dense_certified, DenseGrid, 3;
     search_edges_dense_certified, DenseGrid, 2;
+    search_faces_sparse_u16_certified, SparseGrid<u16>, 3;
+    search_edges_sparse_u16_certified, SparseGrid<u16>, 2;
+    search_faces_sparse_f32_certified, SparseGrid<f32>, 3;
+    search_edges_sparse_f32_certified, SparseGrid<f32>, 2;
 }
 
 stage! { REPORT, report:

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `abi` | plain numbers that the host sends and reads; the same file as in `sdf-gpu` |
 //! | `fields` | fields made of these numbers |
+//! | `team` | grids whose lanes eight threads share |
 //! | `stages` | cull, search, report |
 //! | `kernels` | which kernels there are |
 //!
@@ -19,6 +20,7 @@ mod abi;
 mod fields;
 mod kernels;
 mod stages;
+mod team;
 
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo) -> ! {

@@ -10,7 +10,7 @@
 //! | `threads` | the threads of the card |
 //! | `work` | launches, copies, graphs and events |
 //! | `ptx` | the kernels' PTX in place of their source, where a file of it is loaded, and a model of its time |
-//! | `abi`, `fields`, `stages`, `kernels` | those of `gpu/src` and `gpu/kernels/src` |
+//! | `abi`, `fields`, `team`, `stages`, `kernels` | those of `gpu/src` and `gpu/kernels/src` |
 //!
 //! Memory of the card is memory of the process, so that a test can be another program of the same card: it allocates by `cuMemAlloc_v2`
 //! and lends what it has. Copies on a stream of its own, or on the default one, are done when somebody waits for that stream, not before.
@@ -31,6 +31,8 @@ mod memory;
 pub mod ptx;
 #[path = "../../kernels/src/stages.rs"]
 mod stages;
+#[path = "../../kernels/src/team.rs"]
+mod team;
 mod threads;
 mod work;
 

@@ -52,9 +52,12 @@ fn found_on(gpu: &Gpu, scene: &Scene, elements: Elements, options: QueryOptions)
 #[test]
 fn what_the_first_launch_leaves_open_the_second_settles() {
     with_stub("second::what_the_first_launch_leaves_open_the_second_settles", &[], |folder| {
-        let (gpu, scene) = (gpu(folder), scene("dense"));
-        the_second_launch_settles(&gpu, &scene, Elements::Faces(&scene.faces), &scene.faces);
-        the_second_launch_settles(&gpu, &scene, Elements::Edges(&scene.edges), &scene.edges);
+        let gpu = gpu(folder);
+        for kind in ["dense", "sparse_u16", "sparse_f32"] {
+            let scene = scene(kind);
+            the_second_launch_settles(&gpu, &scene, Elements::Faces(&scene.faces), &scene.faces);
+            the_second_launch_settles(&gpu, &scene, Elements::Edges(&scene.edges), &scene.edges);
+        }
     });
 }
 
@@ -75,7 +78,7 @@ fn the_second_launch_settles<const N: usize>(gpu: &Gpu, scene: &Scene, on_card: 
     let twice = Unsettled::Certify { evaluations: EVALUATIONS };
     let by = |options| found_on(gpu, scene, on_card, options).unwrap();
     let certified = by(QueryOptions { unsettled: twice, ..QueryOptions::default() });
-    assert_equal(&certified.contacts, &expected, &format!("two launches, {N} corners"));
+    assert_equal(&certified.contacts, &expected, &format!("{}, two launches, {N} corners", scene.kind));
     assert_eq!(certified.unsettled_count, unsettled);
     assert!(certified.unsettled.is_empty());
 
