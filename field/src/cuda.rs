@@ -2,8 +2,8 @@
 //!
 //! | method | on the card | then on the CPU |
 //! |---|---|---|
-//! | [`Auto`](Method::Auto) | Frank-Wolfe; on dense grids of f32, what that does not settle by the certified search | what is open then, by the certified search in f64 |
-//! | [`Certified`](Method::Certified) | the certified search, on dense grids | what is open then, by the same search in f64 |
+//! | [`Auto`](Method::Auto) | Frank-Wolfe; what that does not settle by the certified search | what is open then, by the certified search in f64 |
+//! | [`Certified`](Method::Certified) | the certified search | what is open then, by the same search in f64 |
 //! | others | the same method | nothing |
 //!
 //! `Auto` therefore misses no element that it finds on the CPU, except by the rounding of the points to f32. What it finds at once keeps

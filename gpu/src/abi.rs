@@ -5,7 +5,7 @@
 /// Counts the changes of this file, and the mends without which kernels are wrong: kernels of another version are refused.
 pub const VERSION: u32 = 8;
 
-/// Threads of a certified search: a team has one element.
+/// Threads of a certified search on a grid: a team has one element.
 pub const TEAM: u32 = 8;
 
 /// A list in the card's memory.

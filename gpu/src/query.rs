@@ -252,7 +252,8 @@ impl GpuQuery {
         };
         let step = |name: String, frame, search| match self.gpu.find_kernel(&name)? {
             Some(kernel) => {
-                let threads_per_element = if name.ends_with("_certified") { TEAM } else { 1 };
+                let has_team = name.ends_with("_certified") && kind != "shapes";
+                let threads_per_element = if has_team { TEAM } else { 1 };
                 let threads = self.mesh.element_count.checked_mul(threads_per_element);
                 let threads = threads.ok_or(GpuError::Unsupported("a certified search of so many elements at once"))?;
                 Ok(Step { kernel, frame, search, threads })

@@ -250,10 +250,7 @@ fn card_options(field: &Field, elements: &Owned, options: &ContactOptions) -> Re
         // A point has one minimum, found by one evaluation.
         _ if matches!(elements, Owned::Vertices) => (sdf_gpu::Method::PointSampling, 1, Unsettled::Keep),
         Method::Auto => {
-            let unsettled = match field.grid() {
-                Some(_) => Unsettled::CertifyThenList { evaluations: options.budget() },
-                None => Unsettled::List,
-            };
+            let unsettled = Unsettled::CertifyThenList { evaluations: options.budget() };
             (sdf_gpu::Method::FrankWolfe, Method::FrankWolfe.default_budget(), unsettled)
         }
         // Its answers in f64 decide what those in f32 leave open, and count what stays undecided.

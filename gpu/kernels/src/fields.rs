@@ -10,7 +10,7 @@ use sdf_core::grid::{BlockBounds, Grid, Lattice, Storage, WithBlockBounds};
 use sdf_core::nalgebra::Vector3;
 use sdf_core::placed::{Placement, Posed, Similarity};
 use sdf_core::shapes::{Capsule, Cone, Cuboid, Cylinder, Sphere, Torus};
-use sdf_core::{Aabb, EnclosedSdf, Real, Sample, Sdf};
+use sdf_core::{Aabb, EnclosedSdf, Enclosure, Float, Real, Relaxation, Sample, Sdf};
 
 use crate::abi::{FIELD_MARK, FieldBlob, GridParams, ShapeParams, Slice, shape};
 use crate::team::OfTeam;
@@ -210,8 +210,24 @@ unsafe fn in_card_memory<T>(reference: &T) -> &T {
     reference
 }
 
-/// The defaults: no method of these kernels asks for more.
-impl EnclosedSdf for Part {}
+/// What a certified search asks for.
+impl EnclosedSdf for Part {
+    fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
+        self.posed().enclosure(about, corners)
+    }
+    fn relaxation<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Relaxation<R> {
+        self.posed().relaxation(about, corners)
+    }
+    fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {
+        self.posed().is_convex_on(corners)
+    }
+    fn max_rise_to_corners<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
+        self.posed().max_rise_to_corners(corners)
+    }
+    fn linearization_error(&self, region: &Aabb) -> f64 {
+        self.posed().linearization_error(region)
+    }
+}
 
 /// # Safety
 /// The slice is that of an array of `T` in the card's memory.

@@ -214,28 +214,33 @@ method! { SEARCH, search:
     search_vertices_shapes_point_sampling, Shapes, 1, point_sampling;
 }
 
-/// Certified searches by teams of threads: name, field, corners of an element.
+/// Certified searches by teams of so many threads: name, field, corners of an element.
 macro_rules! certify {
-    ($table:ident: $($name:ident, $field:ty, $n:literal;)+) => {
+    ($table:ident, $threads:tt: $($name:ident, $field:ty, $n:literal;)+) => {
         kernels! { $table: $(
             fn $name(field: FieldBlob, frame: Frame, search: SearchParams) {
-                if stages::is_at_work::<{ TEAM as usize }>(&frame) {
+                if stages::is_at_work::<{ $threads }>(&frame) {
                     // The search takes the field's address: here, so that only threads at work have it on their stack.
                     let own = field;
-                    stages::certify::<$field, _, $n>(fields::load(&own), &certified(&search), &frame)
+                    stages::certify::<$field, _, $n, { $threads }>(fields::load(&own), &certified(&search), &frame)
                 }
             }
         )+ }
     };
 }
 
-certify! { CERTIFY:
+certify! { CERTIFY_ON_GRID, (TEAM as usize):
     search_faces_dense_certified, DenseGrid, 3;
     search_edges_dense_certified, DenseGrid, 2;
     search_faces_sparse_u16_certified, SparseGrid<u16>, 3;
     search_edges_sparse_u16_certified, SparseGrid<u16>, 2;
     search_faces_sparse_f32_certified, SparseGrid<f32>, 3;
     search_edges_sparse_f32_certified, SparseGrid<f32>, 2;
+}
+
+certify! { CERTIFY_ON_SHAPES, 1:
+    search_faces_shapes_certified, Shapes, 3;
+    search_edges_shapes_certified, Shapes, 2;
 }
 
 stage! { REPORT, report:
@@ -286,7 +291,7 @@ method! { LEAN_SEARCH, lean_search:
 /// The kernel of this name.
 #[cfg(not(target_arch = "nvptx64"))]
 pub fn find(name: &str) -> Option<&'static Kernel> {
-    [PLAIN, CULL, SEARCH, CERTIFY, REPORT, FUSED, LEAN, LEAN_CULL, LEAN_SEARCH]
+    [PLAIN, CULL, SEARCH, CERTIFY_ON_GRID, CERTIFY_ON_SHAPES, REPORT, FUSED, LEAN, LEAN_CULL, LEAN_SEARCH]
         .into_iter()
         .flatten()
         .find(|kernel| kernel.name == name)

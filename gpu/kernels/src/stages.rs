@@ -30,7 +30,7 @@ use sdf_core::minimize::{Minimizer, Minimum};
 use sdf_core::nalgebra::Vector3;
 use sdf_core::{EnclosedSdf, Simplex};
 
-use crate::abi::{ContactRecord, Frame, HIT_BYTES, PoseParams, SURVIVOR_BYTES, TEAM, counter};
+use crate::abi::{ContactRecord, Frame, HIT_BYTES, PoseParams, SURVIVOR_BYTES, counter};
 
 /// An element that the cull leaves, and a lower bound of φ on it.
 #[repr(C)]
@@ -147,14 +147,19 @@ pub unsafe fn search<F: EnclosedSdf, M: Minimizer<N>, const N: usize>(field: &F,
 }
 
 /// A search whose answers are certified: it leaves open what its budget did not suffice for, and counts that also where there is no list
-/// and the answers are kept. A team of threads has one element: see `Storage::LANES_OF_THREAD`. On the CPU its first thread does all.
+/// and the answers are kept. A team of threads has one element of a grid: see `Storage::LANES_OF_THREAD`. On the CPU its first thread does
+/// all.
 ///
 /// # Safety
 /// As [`search`].
 #[inline(always)]
-pub unsafe fn certify<F: EnclosedSdf, M: Minimizer<N>, const N: usize>(field: &F, method: &M, frame: &Frame) {
+pub unsafe fn certify<F: EnclosedSdf, M: Minimizer<N>, const N: usize, const THREADS: usize>(
+    field: &F,
+    method: &M,
+    frame: &Frame,
+) {
     // SAFETY: the caller's.
-    unsafe { search_and_list::<_, _, N, { TEAM as usize }>(field, method, frame, (counter::OPEN, true), is_certified) }
+    unsafe { search_and_list::<_, _, N, THREADS>(field, method, frame, (counter::OPEN, true), is_certified) }
 }
 
 /// Is there a survivor for this thread and the others of its team? On the CPU the first of them does all the work.

@@ -83,7 +83,7 @@ fn contacts_are_those_of_the_core_bit_for_bit() {
             }
         }
         // As the table of docs/gpu.md has them.
-        assert_eq!(compared, 30 + 8 + 2);
+        assert_eq!(compared, 32 + 8 + 2);
     });
 }
 

@@ -53,7 +53,7 @@ fn found_on(gpu: &Gpu, scene: &Scene, elements: Elements, options: QueryOptions)
 fn what_the_first_launch_leaves_open_the_second_settles() {
     with_stub("second::what_the_first_launch_leaves_open_the_second_settles", &[], |folder| {
         let gpu = gpu(folder);
-        for kind in ["dense", "sparse_u16", "sparse_f32"] {
+        for kind in ["dense", "sparse_u16", "sparse_f32", "shapes"] {
             let scene = scene(kind);
             the_second_launch_settles(&gpu, &scene, Elements::Faces(&scene.faces), &scene.faces);
             the_second_launch_settles(&gpu, &scene, Elements::Edges(&scene.edges), &scene.edges);
@@ -119,13 +119,13 @@ fn what_is_left_open_is_listed_for_a_search_elsewhere() {
 #[test]
 fn a_second_launch_that_no_kernel_makes_is_refused() {
     with_stub("second::a_second_launch_that_no_kernel_makes_is_refused", &[], |folder| {
-        let gpu = gpu(folder);
-        let twice = Unsettled::Certify { evaluations: EVALUATIONS };
-        let fused = QueryOptions { stages: Stages::Fused, unsettled: twice, ..QueryOptions::default() };
-        let shapes = QueryOptions { unsettled: twice, ..QueryOptions::default() };
-        for (kind, options) in [("dense", fused), ("shapes", shapes)] {
-            let found = found(&gpu, &scene(kind), options);
-            assert!(matches!(found, Err(GpuError::Unsupported(_))), "{kind}: {found:?}");
+        let (gpu, scene) = (gpu(folder), scene("dense"));
+        let twice = QueryOptions { unsettled: Unsettled::Certify { evaluations: EVALUATIONS }, ..QueryOptions::default() };
+        let fused = QueryOptions { stages: Stages::Fused, ..twice };
+        let points = QueryOptions { method: Method::PointSampling, ..twice };
+        for (elements, options) in [(Elements::Faces(&scene.faces), fused), (Elements::Vertices, points)] {
+            let found = found_on(&gpu, &scene, elements, options);
+            assert!(matches!(found, Err(GpuError::Unsupported(_))), "{elements:?}: {found:?}");
         }
     });
 }
