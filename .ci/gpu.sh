@@ -83,10 +83,14 @@ build() {
     local forbidden
     forbidden=$(grep -nE '\bfma\.|\.approx|\.ftz|\.extern' "$ptx" | head -n 3 || true)
     [ -z "$forbidden" ] || fail "the kernels contract, approximate or call something external: $forbidden"
-    local target
+    # Both generations at once.
+    local target index assembling=()
     for target in "${targets[@]}"; do
-        "$(ptxas)" --verbose --gpu-name "$target" "$ptx" --output-file "$target_dir/$target.cubin" 2>"$target_dir/$target.log" ||
-            fail "ptxas: $(tail -n 1 "$target_dir/$target.log")"
+        "$(ptxas)" --verbose --gpu-name "$target" "$ptx" --output-file "$target_dir/$target.cubin" 2>"$target_dir/$target.log" &
+        assembling+=($!)
+    done
+    for index in "${!targets[@]}"; do
+        wait "${assembling[$index]}" || fail "ptxas: $(tail -n 1 "$target_dir/${targets[$index]}.log")"
     done
 }
 

@@ -82,6 +82,8 @@ macro_rules! float {
             "neg" => function!($type: a, _b, _c => -a),
             "min" => function!($type: a, b, _c => a.min(b)),
             "max" => function!($type: a, b, _c => a.max(b)),
+            // The sign of the first, the magnitude of the second.
+            "copysign" => function!($type: a, b, _c => b.copysign(a)),
             "lt" => function!($type: a, b, _c => a < b),
             "le" => function!($type: a, b, _c => a <= b),
             "gt" => function!($type: a, b, _c => a > b),

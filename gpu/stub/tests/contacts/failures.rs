@@ -93,12 +93,12 @@ fn rest_of_memory() -> Vec<CudaSlice<u8>> {
 fn a_pose_that_the_card_has_no_room_for_changes_nothing() {
     let name = "failures::a_pose_that_the_card_has_no_room_for_changes_nothing";
     with_stub(name, &[("SDF_STUB_MEMORY", "67108864")], |folder| {
-        // The CPU searches what the card leaves open there, by the pose of its own.
+        // The CPU searches what the card leaves open by one evaluation, by the pose of its own.
         let (cuda, scene) = (Cuda::open(&folder.join("kernels.ptx")).unwrap(), scene("sparse_u16"));
         let field = Field::new(scene.field.clone());
         let points: Vec<[f64; 3]> = scene.points.iter().map(|point| point.map(f64::from)).collect();
         let mesh = MeshView { points: &points, faces: &scene.faces };
-        let options = ContactOptions { margin: 0.02, ..Default::default() };
+        let options = ContactOptions { margin: 0.02, budget: Some(1), ..Default::default() };
         let mut query = field.query_on(&cuda, mesh, &options).unwrap();
         let before = query.contacts().unwrap();
         let taken = rest_of_memory();
