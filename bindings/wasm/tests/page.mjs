@@ -115,5 +115,22 @@ for (let turn = 0; turn < 2; turn++) {
   assert(now.startsWith(begins("edges")), now);
 }
 console.log("page: searched again");
+
+// A field that is lost, by a body that fails or a bake that is stopped, is not saved.
+const isKeptShown = () => evaluate(`!document.getElementById("keep").hidden`);
+const keep = async () => {
+  await evaluate(`document.getElementById("status").textContent = "", document.getElementById("keep").click()`);
+  return answered();
+};
+assert(await isKeptShown());
+assert.match(await pick("body", wrong), /wrong\.obj/);
+assert(!await isKeptShown());
+assert.match(await keep(), /^there is no body yet/);
+await pick("body", body);
+assert(await isKeptShown());
+await evaluate(`document.getElementById("stop").click()`);
+assert(!await isKeptShown());
+assert.match(await keep(), /^there is no body yet/);
+console.log("page: no lost field is saved");
 clearTimeout(limit);
 process.exit(0);
