@@ -111,6 +111,7 @@ pub struct CheckedMesh(TriangleMesh);
 impl CheckedMesh {
     /// Checks a mesh, and repairs it as the options say.
     pub fn new(mesh: MeshView, options: &BakeOptions) -> Result<Self, BakeError> {
+        options.require_band()?;
         options.repairs()?.apply(mesh.points, mesh.faces).map(Self).map_err(BakeError::InvalidMesh)
     }
 

@@ -130,6 +130,7 @@ const wrong = [
   [() => sdf.bake(tetrahedron, { layout: "sparse", res: "32" }), /^Error: res: invalid type: string "32", expected u32$/],
   [() => sdf.bake(tetrahedron, { keepMesh: 1 }), /^Error: keepMesh: .*boolean/],
   [() => sdf.bake(tetrahedron, { maxError: true }), /^Error: maxError: give a positive length/],
+  ...[0, 1001, 2 ** 32 - 1].map(band => [() => sdf.bake(tetrahedron, { layout: "sparse", band }), RegExp(`^Error: band ${band}: give 1 to 1000 cells$`)]),
   [() => sdf.bake(tetrahedron, { res: 64, voxelSize: 1 }), /one of them/],
   [() => sdf.bake(tetrahedron, { res: undefined, layout: "thick" }), /layout "thick".*dense/],
   [() => sdf.bake(tetrahedron, { res: parseInt("many") }), /^Error: res: NaN is not a finite number$/],

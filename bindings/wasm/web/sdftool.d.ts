@@ -35,7 +35,7 @@ export interface BakeOptions {
   precision?: "f32" | "u16" | "u8";
   /** How inside and outside are told apart: for closed surfaces, or also for open ones [auto]. */
   sign?: "auto" | "pseudo-normal" | "winding";
-  /** Half width of a sparse grid's band, in cells [3]. */
+  /** Half width of a sparse grid's band, 1 to 1000 cells [3]. */
   band?: number;
   /** Cells around the mesh's box [4]. */
   padding?: number;

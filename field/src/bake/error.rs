@@ -14,6 +14,11 @@ pub enum BakeError {
         /// The requested length.
         length: f64,
     },
+    /// [`band`](super::BakeOptions::band) is not 1 to 1000 cells.
+    BandOutOfRange {
+        /// The requested cells.
+        band: u32,
+    },
     /// The voxels are larger than a thousand times the mesh.
     VoxelTooLarge {
         /// The longest side of the mesh.
@@ -43,6 +48,7 @@ impl std::fmt::Display for BakeError {
             Self::InvalidRepair { length } => {
                 write!(f, "welding and closing need a positive finite length, not {length:?}")
             }
+            Self::BandOutOfRange { band } => write!(f, "band {band}: give 1 to 1000 cells"),
             Self::VoxelTooLarge { side } => write!(f, "the whole mesh is {side:?} long: take smaller voxels"),
             Self::TooLarge { nodes: [x, y, z], bytes: Some(bytes), free, .. } => {
                 write!(f, "a grid of {x} × {y} × {z} nodes needs {bytes:.0} bytes")?;
