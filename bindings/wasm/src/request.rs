@@ -158,6 +158,7 @@ fn contacts(field: &Field, mesh: MeshView, words: &ContactWords) -> Result<(Cont
         format!("{error}{advice}")
     })?;
     let mut found = field.contacts(mesh, &options).map_err(|error| error.to_string())?;
+    found.require_finite(mesh, options.elements).map_err(|error| error.to_string())?;
     let mut summary = summary(&found);
     if let Some(reduction) = words.reduction() {
         let reduced = found.reduce(&reduction).map_err(|error| format!("reduce: {error}"))?;
@@ -175,7 +176,6 @@ fn summary(found: &Contacts) -> Value {
         "searchedCount": found.searched_count,
         "possibleCount": found.possible_count,
         "undecidedCount": found.undecided_count,
-        "notFiniteCount": found.not_finite_count,
         "insideCount": distances.clone().filter(|distance| *distance < 0.0).count(),
         "deepest": distances.reduce(f64::min),
     })

@@ -165,6 +165,15 @@ const wrong = [
     [() => sdf.open(bytes), /^TypeError: bytes: give an ArrayBuffer or a view of one/],
     [() => sdf.mesh(bytes, "mesh.obj"), /^TypeError: bytes: give an ArrayBuffer or a view of one/],
   ]),
+  ...[NaN, Infinity, 1e200].flatMap(x => {
+    const points = [...tetrahedron.points.slice(0, 9), 0, x, 0];
+    return [
+      [() => body.contacts({ ...tetrahedron, points }), /^Error: 3 faces have coordinates that are not finite or too large, face 1 the first$/],
+      [() => body.page("page", { ...tetrahedron, points }), /^Error: 3 faces have coordinates/],
+      [() => body.contacts({ ...tetrahedron, points }, { elements: "edges", reduce: { count: 4, movement: 1 } }), /^Error: 3 edges have coordinates/],
+      [() => body.contacts({ points }, { elements: "vertices" }), /^Error: 1 vertex has coordinates .*, vertex 3 the first$/],
+    ];
+  }),
   [() => body.contacts(tetrahedron, { margin: 1e3 }), /margin/],
   [() => body.contacts(tetrahedron, { margin: "1" }), /^Error: margin: .*string/],
   [() => body.contacts(tetrahedron, { pose: { translation: [0, 0] } }), /^Error: pose: .*length 2/],

@@ -94,7 +94,6 @@ export interface ContactSummary {
   possibleCount: number;
   /** Elements without a contact of which auto and certified did not prove in their budget that there is none. */
   undecidedCount: number;
-  notFiniteCount: number;
   insideCount: number;
   /** The lowest distance; null where there is no contact. */
   deepest: number | null;
@@ -179,11 +178,12 @@ export class Field {
    * lower bound and inside a coarse depth, 8: not finite.
    */
   sample(points: Numbers): { distance: Float64Array; gradient: Float64Array; status: Uint8Array };
+  /** Throws where elements have a vertex that is not finite, or beyond 1e150; the error counts them and names the first. */
   contacts(mesh: Mesh, options?: ContactOptions): Contacts;
   contacts(mesh: Pick<Mesh, "points">, options: ContactOptions & { elements: "vertices" }): Contacts;
   /** The bytes of a .sdf.h5, or of a .sdf.toml, for `open` and for the program. */
   save(): OwnBytes;
-  /** The page of `sdftool view` in UTF-8: the field, and a mesh with its contacts. */
+  /** The page of `sdftool view` in UTF-8: the field, and a mesh with its contacts; throws as `contacts` does. */
   page(name: string, mesh?: Mesh, options?: ContactOptions): ContactSummary & { html: OwnBytes };
   page(name: string, mesh: Pick<Mesh, "points">, options: ContactOptions & { elements: "vertices" }): ContactSummary & { html: OwnBytes };
   /** Gives the memory back; the field cannot be used afterwards. */
