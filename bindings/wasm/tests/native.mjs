@@ -221,13 +221,28 @@ let calls = 0;
 const ended = () => { if (++calls == 3) throw new Error("enough"); sdf.bake(tetrahedron, { res: 8 }).free(); };
 assert.throws(() => sdf.bake(tetrahedron, { res: 32, progress: ended }), /^Error: enough$/);
 
-// Addresses above 2 GiB. Pages that nobody writes to take no memory.
-{
+// A module of its own, and what it exports.
+async function loadOpened() {
   let exports;
   const { Instance } = WebAssembly;
   WebAssembly.Instance = class extends Instance { constructor(...words) { super(...words); exports = this.exports; } };
-  const high = await load();
+  const sdf = await load();
   WebAssembly.Instance = Instance;
+  return { sdf, exports };
+}
+
+// Samples take their points (24 bytes) and answers (33) in the module, and a MiB for a block of them and the rest.
+{
+  const { sdf: fresh, exports } = await loadOpened();
+  const field = fresh.open(stored), start = exports.memory.buffer.byteLength, count = 2 ** 20;
+  field.sample(new Float64Array(3 * count));
+  const taken = exports.memory.buffer.byteLength - start;
+  assert(taken <= 57 * count + 2 ** 20, `${taken} bytes for ${count} samples`);
+}
+
+// Addresses above 2 GiB. Pages that nobody writes to take no memory.
+{
+  const { sdf: high, exports } = await loadOpened();
   exports.memory.grow(2 ** 15);
   const field = high.open(stored);
   const count = 100, many = new Float64Array(count * points.length).map((_, i) => points[i % points.length]);

@@ -125,7 +125,7 @@ export class Sdftool {
       // What stopped the module left it in the middle of its work.
       const mebibytes = this.#exports.memory.buffer.byteLength / 2 ** 20;
       const panic = this.#panic && `sdftool ran into a bug: please report it: ${this.#panic}`;
-      this.#end = panic ?? `out of memory with ${mebibytes} MiB: take larger voxels or a sparse grid (${error.message})`;
+      this.#end = panic ?? `out of memory with ${mebibytes} MiB: take larger voxels, a sparse grid, or fewer points at a time (${error.message})`;
       throw new Error(this.#end, { cause: error });
     }
   }
