@@ -360,7 +360,8 @@ impl Memory {
     fn require(self, nodes: [f64; 3], baker: Option<&SparseBaker>, bytes: f64) -> Result<(), BakeError> {
         if bytes > self.bytes() {
             let bricks = baker.map(SparseBaker::max_bricks);
-            return Err(BakeError::TooLarge { nodes, bricks, bytes: Some(bytes), free: self.free() });
+            let bytes = Some(bytes).filter(|bytes| bytes.is_finite());
+            return Err(BakeError::TooLarge { nodes, bricks, bytes, free: self.free() });
         }
         Ok(())
     }

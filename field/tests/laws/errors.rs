@@ -54,6 +54,19 @@ fn a_band_of_no_cells_or_of_more_than_1000_is_refused() {
 }
 
 #[test]
+fn a_grid_of_very_many_nodes_is_refused_in_few_digits() {
+    let mesh = MeshView { points: &[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], faces: &[[0, 1, 2]] };
+    let why = |size: f64| {
+        let options = BakeOptions { size: GridSize::VoxelSize(size), ..BakeOptions::default() };
+        Field::bake(mesh, &options).unwrap_err().to_string()
+    };
+    // The bytes of the first are beyond f64.
+    assert_eq!(why(1e-300), "a grid of 1.0e300 × 1.0e300 × 9 nodes is too large: take larger voxels");
+    let needs = "a grid of 1.0e20 × 1.0e20 × 9 nodes needs ";
+    assert!(why(1e-20).starts_with(needs) && why(1e-20).contains("e41 bytes"), "{}", why(1e-20));
+}
+
+#[test]
 fn every_method_is_parsed_from_its_name_and_nothing_else_is() {
     let counts = [0, 1, 4, 5, 16, 64, 1000, u32::MAX];
     let sampling = counts.into_iter().flat_map(|n| [Method::Sampling(n), Method::SamplingWithCorners(n)]);
