@@ -212,6 +212,7 @@ assert.deepEqual(sdf.open(new DataView(stored.buffer)).save(), stored);
 let steps = 0;
 sdf.bake(tetrahedron, { res: 32, progress: (done, total) => { assert(done <= total); steps += 1; } }).free();
 assert(steps > 0);
+for (const thrown of [undefined, null, 0]) assert.throws(() => sdf.bake(tetrahedron, { res: 8, progress: () => { throw thrown; } }), error => error === thrown);
 // A bake in the progress of another leaves it its progress, and its end.
 let outer = 0, inner = 0;
 sdf.bake(tetrahedron, { res: 32, progress: () => { outer += 1; sdf.bake(tetrahedron, { res: 8, progress: () => { inner += 1; } }).free(); } }).free();

@@ -87,7 +87,7 @@ export class Sdftool {
       const { answer } = this.call({ call: "bake", options: { source, ...options } }, { f64s: points, u32s: faces });
       return new Field(this, answer);
     } catch (error) {
-      throw this.#thrown ?? error;
+      throw this.#thrown ? this.#thrown.error : error;
     } finally {
       [this.#progress, this.#thrown] = outer;
     }
@@ -103,7 +103,8 @@ export class Sdftool {
       this.#progress?.(done, total);
       return 0;
     } catch (error) {
-      this.#thrown = error;
+      // Anything can be thrown, undefined too.
+      this.#thrown = { error };
       return 1;
     }
   }
