@@ -111,6 +111,7 @@ pub struct CheckedMesh(TriangleMesh);
 impl CheckedMesh {
     /// Checks a mesh, and repairs it as the options say.
     pub fn new(mesh: MeshView, options: &BakeOptions) -> Result<Self, BakeError> {
+        options.require_band()?;
         options.repairs()?.apply(mesh.points, mesh.faces).map(Self).map_err(BakeError::InvalidMesh)
     }
 
@@ -359,7 +360,8 @@ impl Memory {
     fn require(self, nodes: [f64; 3], baker: Option<&SparseBaker>, bytes: f64) -> Result<(), BakeError> {
         if bytes > self.bytes() {
             let bricks = baker.map(SparseBaker::max_bricks);
-            return Err(BakeError::TooLarge { nodes, bricks, bytes: Some(bytes), free: self.free() });
+            let bytes = Some(bytes).filter(|bytes| bytes.is_finite());
+            return Err(BakeError::TooLarge { nodes, bricks, bytes, free: self.free() });
         }
         Ok(())
     }

@@ -42,8 +42,9 @@ typedef struct SdfQuery {
     const SdfClusters *clusters; const double *mesh_pose, *margins;
 } SdfQuery;
 /* Where they are not 0: all_minima gives every isolated minimum of an element. lean leaves out smooth normals and error bounds, in less
- * time. complete leaves out no element that the baked mesh has within the margin; what the grid's error leaves open is SDF_POSSIBLE.
- * exact measures by the triangles of the mesh that the grid keeps, by SDF_AUTO.
+ * time; not with all_minima, complete or exact. complete leaves out no element that the baked mesh has within the margin; what the grid's
+ * error leaves open is SDF_POSSIBLE. exact measures by the triangles of the mesh that the grid keeps, by SDF_AUTO; not with all_minima,
+ * clusters, mesh_pose or margins.
  * Of a mesh that moves, where they are not NULL, for faces alone: clusters of its faces leave out what is far away, and change no contact.
  * mesh_pose, a translation and a quaternion: where a rigid mesh stands. margins: one for each face, in place of margin. */
 /* lower_bound: of the distance on the whole element. error_bound: how far the grid can be off at the point; shape_lower_bound is of
@@ -79,9 +80,9 @@ SdfResult sdf_sample(const SdfField *field, const double *points, size_t count, 
 SdfResult sdf_mesh_distances(const double *vertices, size_t vertex_count, const uint32_t *faces, size_t face_count, uint32_t sign,
                              uint32_t threads, const double *points, size_t count, double *distances, SdfError *error);
 /* Writes at most capacity contacts. *count is how many there are, also where they are more (SDF_TOO_SMALL), and 0 where the call is
- * refused. Elements with a vertex that is not finite or beyond 1e150 are SDF_INVALID_ARGUMENT; the others are written all the same.
- * *undecided, which may be NULL: elements without a contact of which SDF_AUTO and SDF_CERTIFIED did not prove in their budget that there
- * is none; 0 where the call fails. */
+ * refused. Elements with a vertex that is not finite or beyond 1e150 are SDF_INVALID_ARGUMENT; min(*count, capacity) contacts of the others
+ * are written all the same. *undecided, which may be NULL: elements without a contact of which SDF_AUTO and SDF_CERTIFIED did not prove in
+ * their budget that there is none; 0 where the call fails. */
 SdfResult sdf_contacts(const SdfField *field, const double *vertices, size_t vertex_count, const uint32_t *faces, size_t face_count,
                        const SdfQuery *query, SdfContact *contacts, size_t capacity, size_t *count, size_t *undecided, SdfError *error);
 /* The same, one after the other on the caller's thread; visit must not throw, and ends it by returning non-zero (SDF_STOPPED). */

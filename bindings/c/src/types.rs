@@ -173,9 +173,6 @@ impl Default for SdfBakeOptions {
 impl SdfBakeOptions {
     /// The options of the library. As many threads work as the caller installs.
     pub fn to_rust(self) -> Result<BakeOptions, Failure> {
-        if !(1..=1000).contains(&self.band) {
-            return Err(Failure::invalid(format!("band {}: give 1 to 1000 cells", self.band)));
-        }
         let size = match (self.voxel_size, self.resolution) {
             (size, _) if size > 0.0 && size.is_finite() => GridSize::VoxelSize(size),
             (0.0, 0) => {

@@ -38,6 +38,16 @@ fn load(file: &std::path::Path) -> *mut SdfField {
 }
 
 fn contacts(field: *const SdfField, points: &[[f64; 3]], query: &SdfQuery) -> (SdfResult, usize, String) {
+    contacts_in(FACES.len(), field, points, query)
+}
+
+/// The same, with room for so many.
+fn contacts_in(
+    capacity: usize,
+    field: *const SdfField,
+    points: &[[f64; 3]],
+    query: &SdfQuery,
+) -> (SdfResult, usize, String) {
     let (mut count, mut error) = (0, SdfError { text: [0; 512] });
     let (vertices, faces) = (points.as_ptr().cast(), FACES.as_ptr().cast());
     let mut room = vec![std::mem::MaybeUninit::<sdf_field::ContactRow>::uninit(); FACES.len()];
@@ -50,7 +60,7 @@ fn contacts(field: *const SdfField, points: &[[f64; 3]], query: &SdfQuery) -> (S
         FACES.len(),
         query,
         out,
-        FACES.len(),
+        capacity,
         &mut count,
         null_mut(),
         &mut error,
@@ -101,6 +111,8 @@ fn faces_that_are_not_finite_are_an_error_and_the_others_are_found() {
     let (result, count, why) = contacts(field, &points, &sdftool::sdf_query());
     assert_eq!((result, count), (SdfResult::InvalidArgument, 4));
     assert_eq!(why, "4 faces have coordinates that are not finite or too large, face 0 the first");
+    // The same where there is no room for the others.
+    assert_eq!(contacts_in(2, field, &points, &sdftool::sdf_query()), (result, count, why));
     sdftool::sdf_free(field);
 }
 

@@ -141,12 +141,20 @@ fn field(number: usize) -> Result<Field, String> {
     field.ok_or_else(|| "the field was freed".to_owned())
 }
 
+/// Points that are sampled before their answers are written, so that memory grows by these alone.
+const BLOCK: usize = 1 << 12;
+
 fn sample(field: &Field, input: &Buffers) -> Result<Buffers, String> {
-    let samples = field.sample(points(input)?, Threads::ONE);
-    let value = |sample: &sdf_field::core::Sample<f64>| if sample.status.not_finite { f64::NAN } else { sample.value };
-    let gradients = samples.iter().flat_map(|sample| <[f64; 3]>::from(sample.gradient));
-    let f64s = samples.iter().map(value).chain(gradients).collect();
-    let bytes = samples.iter().map(|sample| status_bits(sample.status)).collect();
+    let points = points(input)?;
+    let (mut f64s, mut bytes) = (vec![0.0; 4 * points.len()], vec![0; points.len()]);
+    let (values, gradients) = f64s.split_at_mut(points.len());
+    let samples = points.chunks(BLOCK).flat_map(|block| field.sample(block, Threads::ONE));
+    let places = values.iter_mut().zip(gradients.as_chunks_mut().0).zip(&mut bytes);
+    for (sample, ((value, gradient), status)) in samples.zip(places) {
+        *value = if sample.status.not_finite { f64::NAN } else { sample.value };
+        *gradient = sample.gradient.into();
+        *status = status_bits(sample.status);
+    }
     Ok(Buffers { f64s, bytes, ..Buffers::text(&json!({}))? })
 }
 
@@ -158,6 +166,7 @@ fn contacts(field: &Field, mesh: MeshView, words: &ContactWords) -> Result<(Cont
         format!("{error}{advice}")
     })?;
     let mut found = field.contacts(mesh, &options).map_err(|error| error.to_string())?;
+    found.require_finite(mesh, options.elements).map_err(|error| error.to_string())?;
     let mut summary = summary(&found);
     if let Some(reduction) = words.reduction() {
         let reduced = found.reduce(&reduction).map_err(|error| format!("reduce: {error}"))?;
@@ -175,7 +184,6 @@ fn summary(found: &Contacts) -> Value {
         "searchedCount": found.searched_count,
         "possibleCount": found.possible_count,
         "undecidedCount": found.undecided_count,
-        "notFiniteCount": found.not_finite_count,
         "insideCount": distances.clone().filter(|distance| *distance < 0.0).count(),
         "deepest": distances.reduce(f64::min),
     })

@@ -130,6 +130,7 @@ const wrong = [
   [() => sdf.bake(tetrahedron, { layout: "sparse", res: "32" }), /^Error: res: invalid type: string "32", expected u32$/],
   [() => sdf.bake(tetrahedron, { keepMesh: 1 }), /^Error: keepMesh: .*boolean/],
   [() => sdf.bake(tetrahedron, { maxError: true }), /^Error: maxError: give a positive length/],
+  ...[0, 1001, 2 ** 32 - 1].map(band => [() => sdf.bake(tetrahedron, { layout: "sparse", band }), RegExp(`^Error: band ${band}: give 1 to 1000 cells$`)]),
   [() => sdf.bake(tetrahedron, { res: 64, voxelSize: 1 }), /one of them/],
   [() => sdf.bake(tetrahedron, { res: undefined, layout: "thick" }), /layout "thick".*dense/],
   [() => sdf.bake(tetrahedron, { res: parseInt("many") }), /^Error: res: NaN is not a finite number$/],
@@ -164,6 +165,15 @@ const wrong = [
     [() => sdf.open(bytes), /^TypeError: bytes: give an ArrayBuffer or a view of one/],
     [() => sdf.mesh(bytes, "mesh.obj"), /^TypeError: bytes: give an ArrayBuffer or a view of one/],
   ]),
+  ...[NaN, Infinity, 1e200].flatMap(x => {
+    const points = [...tetrahedron.points.slice(0, 9), 0, x, 0];
+    return [
+      [() => body.contacts({ ...tetrahedron, points }), /^Error: 3 faces have coordinates that are not finite or too large, face 1 the first$/],
+      [() => body.page("page", { ...tetrahedron, points }), /^Error: 3 faces have coordinates/],
+      [() => body.contacts({ ...tetrahedron, points }, { elements: "edges", reduce: { count: 4, movement: 1 } }), /^Error: 3 edges have coordinates/],
+      [() => body.contacts({ points }, { elements: "vertices" }), /^Error: 1 vertex has coordinates .*, vertex 3 the first$/],
+    ];
+  }),
   [() => body.contacts(tetrahedron, { margin: 1e3 }), /margin/],
   [() => body.contacts(tetrahedron, { margin: "1" }), /^Error: margin: .*string/],
   [() => body.contacts(tetrahedron, { pose: { translation: [0, 0] } }), /^Error: pose: .*length 2/],
@@ -202,6 +212,7 @@ assert.deepEqual(sdf.open(new DataView(stored.buffer)).save(), stored);
 let steps = 0;
 sdf.bake(tetrahedron, { res: 32, progress: (done, total) => { assert(done <= total); steps += 1; } }).free();
 assert(steps > 0);
+for (const thrown of [undefined, null, 0]) assert.throws(() => sdf.bake(tetrahedron, { res: 8, progress: () => { throw thrown; } }), error => error === thrown);
 // A bake in the progress of another leaves it its progress, and its end.
 let outer = 0, inner = 0;
 sdf.bake(tetrahedron, { res: 32, progress: () => { outer += 1; sdf.bake(tetrahedron, { res: 8, progress: () => { inner += 1; } }).free(); } }).free();
@@ -211,13 +222,28 @@ let calls = 0;
 const ended = () => { if (++calls == 3) throw new Error("enough"); sdf.bake(tetrahedron, { res: 8 }).free(); };
 assert.throws(() => sdf.bake(tetrahedron, { res: 32, progress: ended }), /^Error: enough$/);
 
-// Addresses above 2 GiB. Pages that nobody writes to take no memory.
-{
+// A module of its own, and what it exports.
+async function loadOpened() {
   let exports;
   const { Instance } = WebAssembly;
   WebAssembly.Instance = class extends Instance { constructor(...words) { super(...words); exports = this.exports; } };
-  const high = await load();
+  const sdf = await load();
   WebAssembly.Instance = Instance;
+  return { sdf, exports };
+}
+
+// Samples take their points (24 bytes) and answers (33) in the module, and a MiB for a block of them and the rest.
+{
+  const { sdf: fresh, exports } = await loadOpened();
+  const field = fresh.open(stored), start = exports.memory.buffer.byteLength, count = 2 ** 20;
+  field.sample(new Float64Array(3 * count));
+  const taken = exports.memory.buffer.byteLength - start;
+  assert(taken <= 57 * count + 2 ** 20, `${taken} bytes for ${count} samples`);
+}
+
+// Addresses above 2 GiB. Pages that nobody writes to take no memory.
+{
+  const { sdf: high, exports } = await loadOpened();
   exports.memory.grow(2 ** 15);
   const field = high.open(stored);
   const count = 100, many = new Float64Array(count * points.length).map((_, i) => points[i % points.length]);

@@ -86,5 +86,51 @@ assert.equal(await evaluate(`document.getElementById("view").contentDocument.tit
 assert.equal(await evaluate(`document.getElementById("view").contentDocument.getElementById("name").textContent`), `${basename(mesh).split(".")[0]} on ${basename(body).split(".")[0]}`);
 if (picture) writeFileSync(picture, Buffer.from((await ask("Page.captureScreenshot")).data, "base64"));
 console.log(`page: ${said}; as by the program`);
+
+// Other options, and a file that is picked again, are searched again.
+const answered = async () => { await until(`document.getElementById("status").textContent != ""`); await idle(); return status(); };
+const change = async (id, value) => {
+  await evaluate(`document.getElementById("status").textContent = "", document.getElementById("${id}").value = "${value}", document.getElementById("${id}").dispatchEvent(new Event("change"))`);
+  return answered();
+};
+const pick = async (id, path) => {
+  await evaluate(`document.getElementById("status").textContent = "", document.getElementById("${id}").click()`);
+  // Else the browser does not tell of the same file.
+  assert.equal(await evaluate(`document.getElementById("${id}").value`), "");
+  const { root } = await ask("DOM.getDocument");
+  const { nodeId } = await ask("DOM.querySelector", { nodeId: root.nodeId, selector: `#${id}` });
+  await ask("DOM.setFileInputFiles", { nodeId, files: [resolve(path)] });
+  return answered();
+};
+const begins = elements => {
+  const { contacts, elements: count } = sdftool("contacts", mesh, join(work, "body.sdf.h5"), "--margin", "0.03", "--elements", elements);
+  return `${contacts.length} contacts of ${count} ${elements}, `;
+};
+for (const [id, value, elements] of [["margin", "0.03", "faces"], ["elements", "edges", "edges"]]) {
+  const now = await change(id, value);
+  assert(now.startsWith(begins(elements)), now);
+}
+for (let turn = 0; turn < 2; turn++) {
+  const now = await pick("mesh", mesh);
+  assert(now.startsWith(begins("edges")), now);
+}
+console.log("page: searched again");
+
+// A field that is lost, by a body that fails or a bake that is stopped, is not saved.
+const isKeptShown = () => evaluate(`!document.getElementById("keep").hidden`);
+const keep = async () => {
+  await evaluate(`document.getElementById("status").textContent = "", document.getElementById("keep").click()`);
+  return answered();
+};
+assert(await isKeptShown());
+assert.match(await pick("body", wrong), /wrong\.obj/);
+assert(!await isKeptShown());
+assert.match(await keep(), /^there is no body yet/);
+await pick("body", body);
+assert(await isKeptShown());
+await evaluate(`document.getElementById("stop").click()`);
+assert(!await isKeptShown());
+assert.match(await keep(), /^there is no body yet/);
+console.log("page: no lost field is saved");
 clearTimeout(limit);
 process.exit(0);

@@ -1,13 +1,22 @@
 /** sdftool: signed distance fields of meshes, and contacts of meshes with them. Distances are negative inside, lengths in the mesh's unit. */
 
 /** Loads the module: from beside this file, from a URL, or from its bytes. */
-export function load(source?: string | URL | BufferSource): Promise<Sdftool>;
+export function load(source?: string | URL | ArrayBuffer | ArrayBufferView): Promise<Sdftool>;
+
+/** The bytes of a file. */
+export type Bytes = ArrayBuffer | SharedArrayBuffer | ArrayBufferView;
+/** Bytes of their own, not in shared memory: of TypeScript before 5.7 too. */
+export type OwnBytes = ReturnType<Uint8Array["slice"]>;
+/** Numbers in any array. */
+export type Numbers =
+  | readonly number[] | Float64Array | Float32Array
+  | Uint32Array | Int32Array | Uint16Array | Int16Array | Uint8Array | Uint8ClampedArray | Int8Array;
 
 /** Points x, y, z one after the other; for each face the indices of its three points. What is not a number, or no index, is refused. */
 export interface Mesh {
-  points: Float64Array | readonly number[];
+  points: Numbers;
   /** Contacts of vertices need none. */
-  faces: Uint32Array | readonly number[];
+  faces: Numbers;
   /** The file it was read from; kept in the field. */
   source?: { name: string; sha256: string };
 }
@@ -26,7 +35,7 @@ export interface BakeOptions {
   precision?: "f32" | "u16" | "u8";
   /** How inside and outside are told apart: for closed surfaces, or also for open ones [auto]. */
   sign?: "auto" | "pseudo-normal" | "winding";
-  /** Half width of a sparse grid's band, in cells [3]. */
+  /** Half width of a sparse grid's band, 1 to 1000 cells [3]. */
   band?: number;
   /** Cells around the mesh's box [4]. */
   padding?: number;
@@ -85,7 +94,6 @@ export interface ContactSummary {
   possibleCount: number;
   /** Elements without a contact of which auto and certified did not prove in their budget that there is none. */
   undecidedCount: number;
-  notFiniteCount: number;
   insideCount: number;
   /** The lowest distance; null where there is no contact. */
   deepest: number | null;
@@ -129,8 +137,8 @@ export interface Contacts extends ContactSummary {
 /** What is known of a field. Grids alone have those that may be missing. */
 export interface FieldInfo {
   layout: "dense" | "sparse" | "closed form";
-  /** Lowest and highest corner of the box. */
-  bounds: [number[], number[]];
+  /** Lowest and highest corner of the box; null where it has no end. */
+  bounds: [(number | null)[], (number | null)[]];
   slopeBound: number;
   precision?: "f32" | "u16" | "u8";
   /** Nodes along x, y and z. */
@@ -153,10 +161,10 @@ export class Sdftool {
   /** Did a call run out of memory, or into a bug? Then every further call fails: load the module again. */
   readonly isDead: boolean;
   /** Reads OBJ, PLY, STL or OFF; the content says which. */
-  mesh(bytes: BufferSource, name: string): Mesh & { points: Float64Array; faces: Uint32Array };
+  mesh(bytes: Bytes, name: string): Mesh & { points: Float64Array; faces: Uint32Array };
   bake(mesh: Mesh, options?: BakeOptions): Field;
   /** Opens the bytes of .sdf.h5 or .sdf.toml. */
-  open(bytes: BufferSource, name?: string): Field;
+  open(bytes: Bytes, name?: string): Field;
 }
 
 /** A signed distance field. */
@@ -169,13 +177,15 @@ export class Field {
    * bound, else a sum of 1: no derivative here, 2: outside of the grid's box, a lower bound, 4: beyond a sparse grid's band, outside a
    * lower bound and inside a coarse depth, 8: not finite.
    */
-  sample(points: Float64Array | readonly number[]): { distance: Float64Array; gradient: Float64Array; status: Uint8Array };
+  sample(points: Numbers): { distance: Float64Array; gradient: Float64Array; status: Uint8Array };
+  /** Throws where elements have a vertex that is not finite, or beyond 1e150; the error counts them and names the first. */
   contacts(mesh: Mesh, options?: ContactOptions): Contacts;
   contacts(mesh: Pick<Mesh, "points">, options: ContactOptions & { elements: "vertices" }): Contacts;
   /** The bytes of a .sdf.h5, or of a .sdf.toml, for `open` and for the program. */
-  save(): Uint8Array;
-  /** The page of `sdftool view` in UTF-8: the field, and a mesh with its contacts. */
-  page(name: string, mesh?: Mesh, options?: ContactOptions): ContactSummary & { html: Uint8Array };
+  save(): OwnBytes;
+  /** The page of `sdftool view` in UTF-8: the field, and a mesh with its contacts; throws as `contacts` does. */
+  page(name: string, mesh?: Mesh, options?: ContactOptions): ContactSummary & { html: OwnBytes };
+  page(name: string, mesh: Pick<Mesh, "points">, options: ContactOptions & { elements: "vertices" }): ContactSummary & { html: OwnBytes };
   /** Gives the memory back; the field cannot be used afterwards. */
   free(): void;
 }

@@ -87,7 +87,7 @@ export class Sdftool {
       const { answer } = this.call({ call: "bake", options: { source, ...options } }, { f64s: points, u32s: faces });
       return new Field(this, answer);
     } catch (error) {
-      throw this.#thrown ?? error;
+      throw this.#thrown ? this.#thrown.error : error;
     } finally {
       [this.#progress, this.#thrown] = outer;
     }
@@ -103,7 +103,8 @@ export class Sdftool {
       this.#progress?.(done, total);
       return 0;
     } catch (error) {
-      this.#thrown = error;
+      // Anything can be thrown, undefined too.
+      this.#thrown = { error };
       return 1;
     }
   }
@@ -125,7 +126,7 @@ export class Sdftool {
       // What stopped the module left it in the middle of its work.
       const mebibytes = this.#exports.memory.buffer.byteLength / 2 ** 20;
       const panic = this.#panic && `sdftool ran into a bug: please report it: ${this.#panic}`;
-      this.#end = panic ?? `out of memory with ${mebibytes} MiB: take larger voxels or a sparse grid (${error.message})`;
+      this.#end = panic ?? `out of memory with ${mebibytes} MiB: take larger voxels, a sparse grid, or fewer points at a time (${error.message})`;
       throw new Error(this.#end, { cause: error });
     }
   }

@@ -3,6 +3,10 @@ import { load } from "./sdftool.js";
 
 let sdf, body, bodyName;
 
+function requireBody() {
+  if (!body) throw new Error("there is no body yet: drop its mesh first");
+}
+
 const stem = name => name.replace(/(\.sdf)?\.[^.]*$/, "");
 
 const works = {
@@ -20,10 +24,11 @@ const works = {
     return { info: body.info, ...body.page(bodyName) };
   },
   async save() {
+    requireBody();
     return { bytes: body.save(), name: `${bodyName}.sdf.${body.info.layout == "closed form" ? "toml" : "h5"}` };
   },
   async mesh({ file, options }) {
-    if (!body) throw new Error("there is no body yet: drop its mesh first");
+    requireBody();
     const mesh = sdf.mesh(new Uint8Array(await file.arrayBuffer()), file.name);
     return body.page(`${stem(file.name)} on ${bodyName}`, mesh, options);
   },
@@ -37,10 +42,10 @@ onmessage = ({ data: { work, ...given } }) => {
       sdf ??= await load();
       const started = performance.now();
       const done = await works[work](given);
-      postMessage({ done, seconds: (performance.now() - started) / 1000 });
+      postMessage({ ended: work, done, seconds: (performance.now() - started) / 1000 });
     } catch (error) {
       if (sdf?.isDead) sdf = body = undefined;
-      postMessage({ error: error.message, isLost: !body });
+      postMessage({ ended: work, error: error.message, isLost: !body });
     }
   });
 };

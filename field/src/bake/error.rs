@@ -14,6 +14,11 @@ pub enum BakeError {
         /// The requested length.
         length: f64,
     },
+    /// [`band`](super::BakeOptions::band) is not 1 to 1000 cells.
+    BandOutOfRange {
+        /// The requested cells.
+        band: u32,
+    },
     /// The voxels are larger than a thousand times the mesh.
     VoxelTooLarge {
         /// The longest side of the mesh.
@@ -43,19 +48,26 @@ impl std::fmt::Display for BakeError {
             Self::InvalidRepair { length } => {
                 write!(f, "welding and closing need a positive finite length, not {length:?}")
             }
+            Self::BandOutOfRange { band } => write!(f, "band {band}: give 1 to 1000 cells"),
             Self::VoxelTooLarge { side } => write!(f, "the whole mesh is {side:?} long: take smaller voxels"),
-            Self::TooLarge { nodes: [x, y, z], bytes: Some(bytes), free, .. } => {
-                write!(f, "a grid of {x} × {y} × {z} nodes needs {bytes:.0} bytes")?;
-                free.map_or(Ok(()), |free| write!(f, ", and {free:.0} are free"))?;
+            Self::TooLarge { nodes, bytes, free, .. } => {
+                write!(f, "a grid of {} nodes ", nodes.map(many).join(" × "))?;
+                let Some(bytes) = *bytes else {
+                    return f.write_str("is too large: take larger voxels");
+                };
+                write!(f, "needs {} bytes", many(bytes))?;
+                free.map_or(Ok(()), |free| write!(f, ", and {} are free", many(free)))?;
                 f.write_str(": take larger voxels or a sparse grid")
-            }
-            Self::TooLarge { nodes: [x, y, z], .. } => {
-                write!(f, "a grid of {x} × {y} × {z} nodes is too large: take larger voxels")
             }
             Self::ErrorBudget(error) => error.fmt(f),
             Self::Cancelled => f.write_str("the bake was cancelled"),
         }
     }
+}
+
+/// A count of any size; in exponential form from 10¹⁵ on.
+fn many(count: f64) -> String {
+    if count < 1e15 { format!("{count:.0}") } else { format!("{count:.1e}") }
 }
 
 impl std::error::Error for BakeError {

@@ -70,7 +70,7 @@ pub struct BakeOptions {
     pub layout: Layout,
     /// The type of a sample; `None` stands for u16 of a sparse grid, and for f32 of a dense one. [`GridSize::MaxError`] picks its own.
     pub precision: Option<Precision>,
-    /// Half width of a sparse grid's band, in cells: within it values are distances, beyond it coarse ones inside and lower bounds outside.
+    /// Half width of a sparse grid's band, in cells, 1 to 1000: within it values are distances, beyond it coarse ones inside and lower bounds outside.
     pub band: u32,
     /// Cells around the mesh's box on each side.
     pub padding: u32,
@@ -114,6 +114,10 @@ impl Default for BakeOptions {
 }
 
 impl BakeOptions {
+    pub(super) fn require_band(&self) -> Result<(), BakeError> {
+        if (1..=1000).contains(&self.band) { Ok(()) } else { Err(BakeError::BandOutOfRange { band: self.band }) }
+    }
+
     pub(super) fn repairs(&self) -> Result<Repairs, BakeError> {
         let is_valid = |length: &f64| *length > 0.0 && length.is_finite();
         match self.weld.iter().chain(&self.close).find(|length| !is_valid(length)) {

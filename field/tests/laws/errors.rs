@@ -3,6 +3,7 @@
 use std::error::Error;
 use std::path::PathBuf;
 
+use sdf_field::core::grid::owned::Layout;
 use sdf_field::file::SaveError;
 use sdf_field::{
     BakeError, BakeFileError, BakeOptions, Field, GridSize, MeshView, Method, QueryError, VertexOutOfRange,
@@ -39,6 +40,30 @@ fn an_error_that_says_its_cause_names_it_as_its_source() {
     let query = QueryError::VertexOutOfRange(VertexOutOfRange { element: 0, vertex: 7, vertex_count: 3 });
     assert!(query.source().is_some_and(|cause| query.to_string() == cause.to_string()));
     assert!(SaveError::NotABakedGrid.source().is_none());
+}
+
+#[test]
+fn a_band_of_no_cells_or_of_more_than_1000_is_refused() {
+    let mesh = MeshView { points: &[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], faces: &[[0, 1, 2]] };
+    for band in [0, 1001, u32::MAX] {
+        let options = BakeOptions { layout: Layout::Sparse, band, ..BakeOptions::default() };
+        let error = Field::bake(mesh, &options).unwrap_err();
+        assert_eq!(error, BakeError::BandOutOfRange { band });
+        assert_eq!(error.to_string(), format!("band {band}: give 1 to 1000 cells"));
+    }
+}
+
+#[test]
+fn a_grid_of_very_many_nodes_is_refused_in_few_digits() {
+    let mesh = MeshView { points: &[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], faces: &[[0, 1, 2]] };
+    let why = |size: f64| {
+        let options = BakeOptions { size: GridSize::VoxelSize(size), ..BakeOptions::default() };
+        Field::bake(mesh, &options).unwrap_err().to_string()
+    };
+    // The bytes of the first are beyond f64.
+    assert_eq!(why(1e-300), "a grid of 1.0e300 × 1.0e300 × 9 nodes is too large: take larger voxels");
+    let needs = "a grid of 1.0e20 × 1.0e20 × 9 nodes needs ";
+    assert!(why(1e-20).starts_with(needs) && why(1e-20).contains("e41 bytes"), "{}", why(1e-20));
 }
 
 #[test]
