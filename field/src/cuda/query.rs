@@ -72,7 +72,7 @@ impl CudaQuery {
         elements: Owned,
         options: &ContactOptions,
     ) -> Result<Self, CudaError> {
-        let card_options = card_options(field, &elements, options)?;
+        let card_options = card_options(&elements, options)?;
         let on_card = GpuField::new(&cuda.gpu, field.as_any())?;
         let card_elements = match &elements {
             Owned::Faces(faces) => CardElements::Faces(faces),
@@ -231,7 +231,7 @@ impl CudaQuery {
 }
 
 /// How the card searches; an error where only the CPU can.
-fn card_options(field: &Field, elements: &Owned, options: &ContactOptions) -> Result<QueryOptions, CudaError> {
+fn card_options(elements: &Owned, options: &ContactOptions) -> Result<QueryOptions, CudaError> {
     options.check()?;
     let refused = [
         ("all minima", options.all_minima),

@@ -214,22 +214,26 @@ method! { SEARCH, search:
     search_vertices_shapes_point_sampling, Shapes, 1, point_sampling;
 }
 
+/// Threads of an element in a certified search of a grid, and of a union.
+const OF_GRID: usize = TEAM as usize;
+const OF_SHAPES: usize = 1;
+
 /// Certified searches by teams of so many threads: name, field, corners of an element.
 macro_rules! certify {
-    ($table:ident, $threads:tt: $($name:ident, $field:ty, $n:literal;)+) => {
+    ($table:ident, $threads:ident: $($name:ident, $field:ty, $n:literal;)+) => {
         kernels! { $table: $(
             fn $name(field: FieldBlob, frame: Frame, search: SearchParams) {
-                if stages::is_at_work::<{ $threads }>(&frame) {
+                if stages::is_at_work::<$threads>(&frame) {
                     // The search takes the field's address: here, so that only threads at work have it on their stack.
                     let own = field;
-                    stages::certify::<$field, _, $n, { $threads }>(fields::load(&own), &certified(&search), &frame)
+                    stages::certify::<$field, _, $n, $threads>(fields::load(&own), &certified(&search), &frame)
                 }
             }
         )+ }
     };
 }
 
-certify! { CERTIFY_ON_GRID, (TEAM as usize):
+certify! { CERTIFY_ON_GRID, OF_GRID:
     search_faces_dense_certified, DenseGrid, 3;
     search_edges_dense_certified, DenseGrid, 2;
     search_faces_sparse_u16_certified, SparseGrid<u16>, 3;
@@ -238,7 +242,7 @@ certify! { CERTIFY_ON_GRID, (TEAM as usize):
     search_edges_sparse_f32_certified, SparseGrid<f32>, 2;
 }
 
-certify! { CERTIFY_ON_SHAPES, 1:
+certify! { CERTIFY_ON_SHAPES, OF_SHAPES:
     search_faces_shapes_certified, Shapes, 3;
     search_edges_shapes_certified, Shapes, 2;
 }

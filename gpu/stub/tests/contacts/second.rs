@@ -120,7 +120,8 @@ fn what_is_left_open_is_listed_for_a_search_elsewhere() {
 fn a_second_launch_that_no_kernel_makes_is_refused() {
     with_stub("second::a_second_launch_that_no_kernel_makes_is_refused", &[], |folder| {
         let (gpu, scene) = (gpu(folder), scene("dense"));
-        let twice = QueryOptions { unsettled: Unsettled::Certify { evaluations: EVALUATIONS }, ..QueryOptions::default() };
+        let twice =
+            QueryOptions { unsettled: Unsettled::Certify { evaluations: EVALUATIONS }, ..QueryOptions::default() };
         let fused = QueryOptions { stages: Stages::Fused, ..twice };
         let points = QueryOptions { method: Method::PointSampling, ..twice };
         for (elements, options) in [(Elements::Faces(&scene.faces), fused), (Elements::Vertices, points)] {
