@@ -11,7 +11,7 @@ const SPARSE_3: &[u8] = include_bytes!("../golden/version-3-sparse.h5");
 
 const DENSE_5: &[u8] = include_bytes!("../golden/version-5-dense-u16.h5");
 
-/// That of version 3, its chunks shuffled but not deflated: written again by h5py.
+/// The file of version 3, its chunks shuffled but not deflated: written again by h5py.
 const SHUFFLED: &[u8] = include_bytes!("../golden/shuffled-dense.h5");
 
 const POINTS: [[f64; 3]; 3] = [[0.0, 0.0, 0.0], [0.9, 0.2, -0.3], [1.1, 0.25, 0.5]];

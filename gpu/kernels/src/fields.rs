@@ -210,7 +210,7 @@ unsafe fn in_card_memory<T>(reference: &T) -> &T {
     reference
 }
 
-/// What a certified search asks for.
+/// Bounds that a certified search asks for.
 impl EnclosedSdf for Part {
     fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
         self.posed().enclosure(about, corners)
