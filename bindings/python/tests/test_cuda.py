@@ -215,10 +215,9 @@ def test_contacts_that_cannot_stay_on_the_card_are_refused():
         far["force"]
     with pytest.raises(ValueError, match="one contact for each feature: not on a GPU"):
         query(one_per_feature=True, method="fw").contacts_on_card()
-    # Elements that Frank-Wolfe does not settle, in a sparse grid.
-    sparse = sdftool.bake(*dented_ball(24), res=48, layout="sparse")
+    # Elements that Frank-Wolfe does not settle, nor a certified search by one evaluation.
     with pytest.raises(ValueError, match="elements are left to the CPU"):
-        sparse.cuda_query(POINTS, FACES, margin=MARGIN, kernels=KERNELS).contacts_on_card()
+        query(budget=1).contacts_on_card()
 
 
 def test_meshes_of_nothing_have_no_contacts():
