@@ -4,6 +4,7 @@ import errno
 import math
 import os
 import pickle
+import tempfile
 
 import numpy as np
 import pytest
@@ -15,6 +16,13 @@ NAN = VERTICES.copy()
 NAN[3, 1] = math.nan
 GRID = sdftool.bake(VERTICES, FACES, res=8)
 KEPT = sdftool.bake(VERTICES, FACES, res=8, keep_mesh=True)
+
+
+def saved_array():
+    path = os.path.join(tempfile.mkdtemp(), "array.npy")
+    np.save(path, np.zeros((2, 2, 2)))
+    return path
+
 
 CASES = [
     (lambda: sdftool.bake("dragon.obj"), TypeError, "a str is not a mesh"),
@@ -65,8 +73,8 @@ CASES = [
     (lambda: GRID.export("/nowhere/ball.npy"), FileNotFoundError, "/nowhere/ball.npy"),
     (lambda: sdftool.half_space().export("ground.npy"), ValueError, "unbounded"),
     (lambda: sdftool.import_grid("/nowhere/a.npy", spacing=1.0), FileNotFoundError, "/nowhere/a.npy"),
-    (lambda: sdftool.import_grid("a.npy"), ValueError, "spacing"),
-    (lambda: sdftool.import_grid("a.nvdb", spacing=1.0), ValueError, "its own place"),
+    (lambda: sdftool.import_grid(saved_array()), ValueError, "spacing"),
+    (lambda: sdftool.import_grid(__file__, spacing=1.0), ValueError, "its own place"),
     (lambda: sdftool.import_grid(__file__), ValueError, "test_refusals.py"),
     (lambda: GRID([1.0, 2.0, 3.0]), TypeError, r"shape \(3\), not \(n, 3\)"),
     (lambda: GRID.contacts(*sheet(4), margin=math.nan), ValueError, "margin=NaN"),
