@@ -114,6 +114,32 @@ fn an_array_without_two_nodes_along_each_axis_is_refused_for_that() {
 }
 
 #[test]
+fn an_import_warns_of_signs_that_no_solid_in_the_box_has() {
+    let folder = Folder::new();
+    let ball = |index: usize| {
+        let squared = |i: usize| (i as f32 - 7.5).powi(2);
+        0.1 * ((squared(index % 16) + squared(index / 16 % 16) + squared(index / 256)).sqrt() - 4.0)
+    };
+    let warning = |sample: &dyn Fn(usize) -> f32| {
+        folder.write("ball.npy", array([16; 3], sample));
+        let words = "import ball.npy --spacing 0.1 -o ball.sdf.h5";
+        let (document, rows) = (folder.json(words), folder.done(words));
+        let warning = document["warning"].as_str().map(str::to_owned);
+        assert_eq!(rows.contains("warning"), warning.is_some(), "{rows}");
+        says(&rows, &[warning.as_deref().unwrap_or_default()]);
+        warning
+    };
+    assert_eq!(warning(&ball), None);
+    // A rod that leaves the box on two sides.
+    assert_eq!(warning(&|index| ball(index / 16 * 16 + 8)), None);
+    says(&warning(&|index| ball(index).abs()).unwrap(), &["no node is inside the solid"]);
+    says(
+        &warning(&|index| -ball(index)).unwrap(),
+        &["reaches or lies outside the box on all sides", "are the signs flipped?"],
+    );
+}
+
+#[test]
 fn an_import_does_not_replace_the_grid_that_its_file_came_from() {
     let folder = scene();
     let grid = folder.read("ball.sdf.h5");
