@@ -39,7 +39,7 @@ static ENDING: Mutex<()> = Mutex::new(());
 fn main() -> ExitCode {
     let Args { command } = Args::try_parse().unwrap_or_else(|error| failure::exit_on_usage(&error));
     if let Err(what) = command.check() {
-        failure::exit_on_usage(&Args::command().error(Usage::ArgumentConflict, what));
+        failure::exit_on_usage(&conflict(what));
     }
     let ending = || (ENDING.lock().unwrap_or_else(PoisonError::into_inner), sdf_formats::remove_temporaries());
     let result = signals::end_with(ending).and_then(|()| roles::check(&command)).and_then(|()| run(&command));
@@ -52,6 +52,17 @@ fn main() -> ExitCode {
             failure::report(&error);
             ExitCode::from(failure::status(&error))
         }
+    }
+}
+
+/// An error with the usage of the command, which is the first argument.
+fn conflict(what: &str) -> clap::Error {
+    let mut program = Args::command();
+    program.build();
+    let name = std::env::args_os().nth(1).unwrap_or_default();
+    match program.find_subcommand_mut(name) {
+        Some(command) => command.error(Usage::ArgumentConflict, what),
+        None => program.error(Usage::ArgumentConflict, what),
     }
 }
 

@@ -3,7 +3,8 @@
 //! A run that is worth keeping defers the first signal: it writes what it has, and then ends with the same status. A later signal ends
 //! it at once, unless it comes within half a second: one Ctrl-C may be two, where a process group gets it and a supervisor sends SIGTERM.
 //!
-//! On Unix the signals are blocked, and a thread waits for them: a handler would not be told which one came.
+//! On Unix the signals are blocked, and a thread waits for them: a handler would not be told which one came. Blocked is also the one for a
+//! file beyond the limit of its size (`ulimit -f`), for which nobody waits: the write fails as on a full disk, and is told.
 
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
@@ -48,6 +49,7 @@ pub fn end_with<T>(clean_up: impl Fn() -> T + Send + 'static) -> Result<()> {
     use nix::sys::signal::{SigSet, Signal};
     let signals: SigSet = [Signal::SIGINT, Signal::SIGTERM, Signal::SIGHUP].into_iter().collect();
     signals.thread_block()?;
+    SigSet::from(Signal::SIGXFSZ).thread_block()?;
     std::thread::Builder::new().spawn(move || {
         while let Ok(signal) = signals.wait() {
             let status = 128 + signal as i32;

@@ -140,6 +140,9 @@ const DEFAULT_CELLS: u32 = 128;
 /// Cells around the box of a closed form, and half width of a band that nobody chose.
 const PADDING: u32 = 4;
 
+/// Rows of nodes that a thread samples at a time.
+const ROWS: usize = 64;
+
 impl Field {
     /// The bytes of a file of another program.
     pub fn export(&self, format: ExportFormat, options: &ExportOptions) -> Result<Exported, ExportError> {
@@ -193,14 +196,19 @@ impl Field {
         // A sample, and the bounds of a block for 512 of them.
         require(&lattice, 4.1)?;
         let [nx, ny, _] = lattice.nodes();
-        let row = |row: usize| {
-            let [y, z] = [row as u32 % ny, row as u32 / ny];
-            (0..nx).map(move |x| self.as_any().value(Vector3::from(lattice.node([x, y, z]))) as f32)
-        };
-        let rows: Vec<usize> = (0..lattice.node_count() / nx as usize).collect();
-        let samples = Threads::ALL.map_chunks(&rows, 64, |_, rows| rows.iter().flat_map(|index| row(*index)).collect());
-        let samples: Vec<Vec<f32>> = samples;
-        let dense = DenseGrid::from_samples(&lattice, samples.concat()).ok_or(ExportError::NotFinite)?;
+        let mut samples = vec![0.0; lattice.node_count()];
+        sdf_parallel::for_each(
+            samples.chunks_mut(ROWS * nx as usize).enumerate().collect(),
+            |(chunk, samples): (usize, &mut [f32])| {
+                for (row, samples) in samples.chunks_mut(nx as usize).enumerate() {
+                    let row = (chunk * ROWS + row) as u32;
+                    let [y, z] = [row % ny, row / ny];
+                    let value = |x: u32| self.as_any().value(Vector3::from(lattice.node([x, y, z]))) as f32;
+                    (0..nx).zip(samples).for_each(|(x, sample)| *sample = value(x));
+                }
+            },
+        );
+        let dense = DenseGrid::from_samples(&lattice, samples).ok_or(ExportError::NotFinite)?;
         // Beyond the band of what was sampled, samples are no distances either.
         Ok(dense.into_grid(&lattice).grid.with_band(self.known_band()?))
     }

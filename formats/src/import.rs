@@ -48,6 +48,9 @@ fn room(origin: [f64; 3], spacing: f64, counts: [u64; 3], max_bytes: f64) -> Res
     let nodes = counts.map(|count| u32::try_from(count).unwrap_or(u32::MAX));
     let bytes = counts.iter().map(|count| *count as f64).product::<f64>() * size_of::<f32>() as f64;
     let [x, y, z] = counts;
+    if counts.iter().any(|count| *count < 2) {
+        return refused(format!("{x} × {y} × {z} nodes: two nodes along each axis are needed"));
+    }
     if bytes > max_bytes {
         return refused(format!("{x} × {y} × {z} nodes need {bytes:.0} bytes, and {max_bytes:.0} are free"));
     }

@@ -215,6 +215,16 @@ fn method_parser() -> impl TypedValueParser<Value = Method> {
     PossibleValuesParser::new(choices).try_map(|name| name.parse())
 }
 
+/// Parses the value of --elements of a comparison. That vertices need none is said by the command.
+fn compared_elements() -> impl TypedValueParser<Value = Elements> {
+    let values = [PossibleValue::new("faces"), PossibleValue::new("edges"), PossibleValue::new("vertices").hide(true)];
+    PossibleValuesParser::new(values).map(|name| match name.as_str() {
+        "faces" => Elements::Faces,
+        "edges" => Elements::Edges,
+        _ => Elements::Vertices,
+    })
+}
+
 /// Compare all methods on one mesh and one field: error against run time, missed contacts, and which method to take.
 ///
 /// The reference is the certified search with 16,384 evaluations per element. A method's error on an element is its lowest
@@ -227,7 +237,7 @@ pub struct CompareArgs {
     /// The field: a baked grid or shapes in TOML. Moved by --rotate, then --translate.
     pub sdf: PathBuf,
     /// Elements of the mesh to search: faces or edges.
-    #[arg(long, value_enum, default_value_t = Elements::Faces)]
+    #[arg(long, default_value = "faces", value_parser = compared_elements())]
     pub elements: Elements,
     /// Compare on elements that come within this distance of the surface, in the mesh's unit.
     #[arg(long, value_name = "D", default_value_t = 0.0, value_parser = finite, allow_hyphen_values = true)]

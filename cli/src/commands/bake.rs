@@ -54,12 +54,13 @@ fn bake_into(args: &BakeArgs, output: &Path) -> Result<()> {
     bake_read(args, input, output, started)?.print_beside(Some(output), args.json)
 }
 
-/// Bakes a mesh that was read into a file.
-pub fn bake_file(args: &BakeArgs, input: MeshInput, output: &Path) -> Result<Report<serde_json::Value>> {
-    bake_read(args, input, output, Instant::now())
-}
-
-fn bake_read(args: &BakeArgs, input: MeshInput, output: &Path, started: Instant) -> Result<Report<serde_json::Value>> {
+/// Bakes a mesh that was read into a file. Its reading began when `started`.
+pub fn bake_read(
+    args: &BakeArgs,
+    input: MeshInput,
+    output: &Path,
+    started: Instant,
+) -> Result<Report<serde_json::Value>> {
     let read = started.elapsed().as_secs_f64();
     let MeshInput { mesh, facts: input } = input;
     mesh.require_triangles(&args.mesh.display().to_string())?;

@@ -11,6 +11,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Instant;
 
 use anyhow::{Context, Result, anyhow, bail};
 use sdf_field::Source;
@@ -18,7 +19,7 @@ use sdf_formats::{clear_leftovers, grid_file};
 use serde_json::{Value, json};
 
 use crate::args::BakeArgs;
-use crate::commands::bake::{TOOL, bake_file};
+use crate::commands::bake::{TOOL, bake_read};
 use crate::commands::export::named_after;
 use crate::failure::{FleetFailure, misuse, sentence};
 use crate::mesh_input;
@@ -132,6 +133,7 @@ fn outputs(meshes: &[PathBuf], folder: &Path) -> Result<Vec<PathBuf>> {
 fn fate_of(args: &BakeArgs, mesh: &Path, output: &Path) -> Fate {
     let args = BakeArgs { mesh: mesh.to_owned(), ..args.clone() };
     let bake = || -> Result<Fate> {
+        let started = Instant::now();
         let input = mesh_input::read(mesh)?;
         let options = args.options(Source::default())?;
         if args.fleet.resume && is_there(output, input.facts.sha256, &options.words()) {
@@ -140,7 +142,7 @@ fn fate_of(args: &BakeArgs, mesh: &Path, output: &Path) -> Fate {
             return Ok(Fate::Kept);
         }
         crate::output::ensure_writable(output, &[mesh])?;
-        Ok(Fate::Done(bake_file(&args, input, output)?.json))
+        Ok(Fate::Done(bake_read(&args, input, output, started)?.json))
     };
     match catch_unwind(AssertUnwindSafe(bake)) {
         Ok(Ok(fate)) => fate,

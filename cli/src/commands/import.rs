@@ -2,9 +2,11 @@
 
 use anyhow::{Context, Result, bail};
 use sdf_core::Sdf;
+use sdf_core::grid::owned::OwnedGrid;
 use sdf_field::file::Compression;
 use sdf_field::import::ImportFormat;
-use sdf_field::{Field, Source};
+use sdf_field::{Field, Source, Threads};
+use sdf_formats::export::dense_samples;
 use serde_json::json;
 use sha2::{Digest, Sha256};
 
@@ -50,25 +52,35 @@ pub fn run(args: &ImportArgs) -> Result<()> {
         bail!("{shown}: made no grid: please report this")
     };
     let lattice = grid.lattice();
-    Report {
-        rows: vec![
-            ("grid", format!("{} nodes, spacing {}", counts(lattice.nodes()), number(lattice.spacing()))),
-            ("slope", format!("at most {}, as measured", number(grid.slope_bound()))),
-            ("error", "unknown: nothing is certified of samples that were not baked here".to_owned()),
-            ("padding", format!("{}: margins of contacts up to it", number(info.padding))),
-            ("file", format!("{}, {file} bytes", standard_output::shown(&output))),
-        ],
-        json: json!({
-            "schema": "sdftool.import/1",
-            "output": output.display().to_string(),
-            "counts": lattice.nodes(),
-            "origin": lattice.origin(),
-            "spacing": lattice.spacing(),
-            "slope_bound": grid.slope_bound(),
-            "error_bound": null,
-            "padding": info.padding,
-            "file_bytes": file,
-        }),
+    let warning = warning(&field, grid);
+    let mut rows = vec![
+        ("grid", format!("{} nodes, spacing {}", counts(lattice.nodes()), number(lattice.spacing()))),
+        ("slope", format!("at most {}, as measured", number(grid.slope_bound()))),
+        ("error", "unknown: nothing is certified of samples that were not baked here".to_owned()),
+        ("padding", format!("{}: margins of contacts up to it", number(info.padding))),
+    ];
+    rows.extend(warning.map(|warning| ("warning", warning.to_owned())));
+    rows.push(("file", format!("{}, {file} bytes", standard_output::shown(&output))));
+    let json = json!({
+        "schema": "sdftool.import/1",
+        "output": output.display().to_string(),
+        "counts": lattice.nodes(),
+        "origin": lattice.origin(),
+        "spacing": lattice.spacing(),
+        "slope_bound": grid.slope_bound(),
+        "error_bound": null,
+        "padding": info.padding,
+        "warning": warning,
+        "file_bytes": file,
+    });
+    Report { rows, json }.print_beside(Some(&output), args.json)
+}
+
+/// What tells that the samples are hardly signed distances of a solid in the box.
+fn warning(field: &Field, grid: &OwnedGrid) -> Option<&'static str> {
+    if dense_samples(grid).iter().all(|sample| *sample >= 0.0) {
+        return Some("no node is inside the solid: no sample is negative");
     }
-    .print_beside(Some(&output), args.json)
+    let is_inside = field.range_on_faces(grid.lattice(), Threads::ALL).upper < 0.0;
+    is_inside.then_some("the solid reaches or lies outside the box on all sides: are the signs flipped?")
 }

@@ -30,6 +30,16 @@ fn compare_counts_what_samples_miss_and_recommends_a_method_that_misses_nothing(
 }
 
 #[test]
+fn compare_offers_faces_and_edges_alone() {
+    let folder = Folder::new();
+    says(&folder.done("compare --help"), &["faces or edges", "[possible values: faces, edges]"]);
+    folder.write("spike.sdf.toml", SPIKE);
+    folder.write("sheet.obj", SHEET);
+    let line = folder.misused("compare sheet.obj spike.sdf.toml --elements vertices");
+    says(&line, &["every method is the same on vertices: use faces or edges"]);
+}
+
+#[test]
 fn without_contacts_auto_is_recommended_however_fast_the_others_are() {
     let folder = Folder::new();
     folder.write("spike.sdf.toml", SPIKE);

@@ -95,6 +95,50 @@ fn an_imported_grid_finds_the_same_contacts_and_says_that_nothing_is_certified()
     says(&folder.refused("import ball.obj -o x.sdf.h5"), &["ball.obj", "not a NanoVDB file"]);
 }
 
+/// A NumPy array of shape (z, y, x), x fastest.
+fn array([z, y, x]: [usize; 3], sample: impl Fn(usize) -> f32) -> Vec<u8> {
+    let header = format!("{{'descr': '<f4', 'fortran_order': False, 'shape': ({z}, {y}, {x}), }}\n");
+    let length = (header.len() as u16).to_le_bytes();
+    let samples = (0..x * y * z).flat_map(|index| sample(index).to_le_bytes());
+    [&b"\x93NUMPY\x01\x00"[..], &length, header.as_bytes()].concat().into_iter().chain(samples).collect()
+}
+
+#[test]
+fn an_array_without_two_nodes_along_each_axis_is_refused_for_that() {
+    let folder = Folder::new();
+    for (shape, counts) in [([1, 7, 8], "8 × 7 × 1"), ([0, 7, 8], "8 × 7 × 0"), ([7, 1, 8], "8 × 1 × 7")] {
+        folder.write("thin.npy", array(shape, |_| 0.0));
+        let line = folder.refused("import thin.npy --spacing 0.1");
+        says(&line, &["thin.npy", counts, "two nodes along each axis are needed"]);
+    }
+}
+
+#[test]
+fn an_import_warns_of_signs_that_no_solid_in_the_box_has() {
+    let folder = Folder::new();
+    let ball = |index: usize| {
+        let squared = |i: usize| (i as f32 - 7.5).powi(2);
+        0.1 * ((squared(index % 16) + squared(index / 16 % 16) + squared(index / 256)).sqrt() - 4.0)
+    };
+    let warning = |sample: &dyn Fn(usize) -> f32| {
+        folder.write("ball.npy", array([16; 3], sample));
+        let words = "import ball.npy --spacing 0.1 -o ball.sdf.h5";
+        let (document, rows) = (folder.json(words), folder.done(words));
+        let warning = document["warning"].as_str().map(str::to_owned);
+        assert_eq!(rows.contains("warning"), warning.is_some(), "{rows}");
+        says(&rows, &[warning.as_deref().unwrap_or_default()]);
+        warning
+    };
+    assert_eq!(warning(&ball), None);
+    // A rod that leaves the box on two sides.
+    assert_eq!(warning(&|index| ball(index / 16 * 16 + 8)), None);
+    says(&warning(&|index| ball(index).abs()).unwrap(), &["no node is inside the solid"]);
+    says(
+        &warning(&|index| -ball(index)).unwrap(),
+        &["reaches or lies outside the box on all sides", "are the signs flipped?"],
+    );
+}
+
 #[test]
 fn an_import_does_not_replace_the_grid_that_its_file_came_from() {
     let folder = scene();

@@ -170,6 +170,13 @@ fn with_json_an_error_is_one_object_on_standard_output_too() {
 }
 
 #[test]
+fn options_that_contradict_each_other_are_told_with_the_usage_of_their_command() {
+    let folder = scene();
+    let message = folder.wrong_usage("bake ball.obj --res 8 --band 4");
+    says(&message, &["a dense grid has no band", "Usage: sdftool bake [OPTIONS]"]);
+}
+
+#[test]
 fn a_plane_outside_the_box_and_an_empty_set_of_elements_are_errors() {
     let folder = scene();
     folder.write("points.obj", "v 0 0 0\nv 1 0 0\n");

@@ -20,7 +20,14 @@ pub struct RawFacts {
 
 /// The samples alone.
 pub fn raw(samples: &[f32]) -> Vec<u8> {
-    samples.iter().flat_map(|sample| sample.to_le_bytes()).collect()
+    behind(Vec::new(), samples)
+}
+
+/// The samples behind a header.
+fn behind(mut bytes: Vec<u8>, samples: &[f32]) -> Vec<u8> {
+    bytes.reserve_exact(size_of_val(samples));
+    bytes.extend(samples.iter().flat_map(|sample| sample.to_le_bytes()));
+    bytes
 }
 
 /// The JSON text that describes the raw file `name`.
@@ -55,8 +62,7 @@ pub fn npy(lattice: &Lattice, samples: &[f32]) -> Vec<u8> {
     bytes.extend([1, 0]);
     bytes.extend((header.len() as u16).to_le_bytes());
     bytes.extend(header.into_bytes());
-    bytes.extend(raw(samples));
-    bytes
+    behind(bytes, samples)
 }
 
 /// First bytes of every NumPy file.
@@ -70,7 +76,5 @@ pub fn nrrd(lattice: &Lattice, samples: &[f32]) -> Vec<u8> {
          space directions: ({h:?},0,0) (0,{h:?},0) (0,0,{h:?})\nkinds: domain domain domain\nendian: little\nencoding: raw\n\
          space origin: ({x:?},{y:?},{z:?})\n\n"
     );
-    let mut bytes = header.into_bytes();
-    bytes.extend(raw(samples));
-    bytes
+    behind(header.into_bytes(), samples)
 }

@@ -1,5 +1,5 @@
 use super::findings::Findings;
-use crate::report::number;
+use crate::report::{counted, number};
 
 /// Relative tolerance of a gradient's norm above the certified bound.
 const SLOPE_TOLERANCE: f64 = 1e-6;
@@ -12,7 +12,7 @@ pub fn faults(findings: &Findings) -> Vec<String> {
             faults.push(format!("a node is wrong by {}", number(nodes.max)));
         }
         if nodes.wrong_signs > 0 {
-            faults.push(format!("{} nodes have the wrong sign", nodes.wrong_signs));
+            faults.push(wrong_signs(nodes.wrong_signs, "node", ""));
         }
     }
     if let Some(far) = &findings.far_nodes {
@@ -20,7 +20,7 @@ pub fn faults(findings: &Findings) -> Vec<String> {
             faults.push(format!("a node beyond the band is wrong by {}", number(far.excess)));
         }
         if far.wrong_signs > 0 {
-            faults.push(format!("{} nodes beyond the band have the wrong sign", far.wrong_signs));
+            faults.push(wrong_signs(far.wrong_signs, "node", " beyond the band"));
         }
     }
     let Some(bound) = findings.bound else { return faults };
@@ -29,10 +29,10 @@ pub fn faults(findings: &Findings) -> Vec<String> {
         faults.push(format!("a point is wrong by {}, more than the certified {}", number(points.max), number(bound)));
     }
     if points.wrong_signs > 0 {
-        faults.push(format!("{} points have the wrong sign", points.wrong_signs));
+        faults.push(wrong_signs(points.wrong_signs, "point", ""));
     }
     if let Some(count) = findings.beyond_their_brick.filter(|count| *count > 0) {
-        faults.push(format!("{count} points are wrong by more than their brick certifies"));
+        faults.push(format!("{} {} wrong by more than their brick certifies", counted(count, "point"), are(count)));
     }
     if let Some(far) = &findings.far {
         if far.over_outside > bound {
@@ -44,11 +44,11 @@ pub fn faults(findings: &Findings) -> Vec<String> {
             faults.push(format!("a point deep inside is wrong by {beyond} more than the file states"));
         }
         if far.wrong_signs > 0 {
-            faults.push(format!("{} points beyond the band have the wrong sign", far.wrong_signs));
+            faults.push(wrong_signs(far.wrong_signs, "point", " beyond the band"));
         }
     }
     if let Some(count) = findings.missing_cells.filter(|count| *count > 0) {
-        faults.push(format!("{count} cells of the band are missing"));
+        faults.push(format!("{} of the band {} missing", counted(count, "cell"), are(count)));
     }
     if let Some(slope) = findings.slope.as_ref().filter(|slope| slope.steepest > slope.bound * (1.0 + SLOPE_TOLERANCE))
     {
@@ -59,4 +59,23 @@ pub fn faults(findings: &Findings) -> Vec<String> {
         ));
     }
     faults
+}
+
+fn wrong_signs(count: usize, what: &str, place: &str) -> String {
+    format!("{}{place} {} the wrong sign", counted(count, what), if count == 1 { "has" } else { "have" })
+}
+
+fn are(count: usize) -> &'static str {
+    if count == 1 { "is" } else { "are" }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_is_singular() {
+        assert_eq!(wrong_signs(1, "node", ""), "1 node has the wrong sign");
+        assert_eq!(wrong_signs(2, "point", " beyond the band"), "2 points beyond the band have the wrong sign");
+    }
 }
