@@ -76,7 +76,7 @@ pub fn run(args: &ImportArgs) -> Result<()> {
     Report { rows, json }.print_beside(Some(&output), args.json)
 }
 
-/// What tells that the samples are hardly signed distances of a solid in the box.
+/// Reason to think that the samples are no signed distances of a solid in the box.
 fn warning(field: &Field, grid: &OwnedGrid) -> Option<&'static str> {
     if dense_samples(grid).iter().all(|sample| *sample >= 0.0) {
         return Some("no node is inside the solid: no sample is negative");
