@@ -37,7 +37,7 @@ pub struct TriangleMesh {
     pub(crate) stitches: Vec<[u32; 3]>,
     pub(crate) bounds: Aabb,
     pub(crate) report: MeshReport,
-    /// Number of pairs of triangles that cross, or `None` in it if these are too many to compare, where this was asked before.
+    /// Number of pairs of triangles that cross: `None` if not asked for yet, `Some(None)` if too many are near each other to compare.
     pub(crate) intersecting_pairs: Option<Option<usize>>,
     /// The triangles in the order of a tree, where one was built before.
     pub(crate) order: Option<Vec<u32>>,

@@ -12,8 +12,8 @@ pub fn read(path: &Path) -> Result<Vec<[f64; 3]>> {
     read_from(std::fs::File::open(path).with_context(|| shown.clone())?, &shown)
 }
 
-/// Reads lines of x,y,z; semicolons or blanks may stand for the commas, and numbers may be quoted. A first line of column names, empty lines and columns after the
-/// third are skipped.
+/// Reads lines of x,y,z; semicolons or blanks may stand for the commas, and numbers may be quoted. A first line of column names, empty
+/// lines and columns after the third are skipped.
 pub fn read_from(source: impl Read, shown: &str) -> Result<Vec<[f64; 3]>> {
     let mut points = Vec::new();
     for (number, line) in (1..).zip(BufReader::new(source).lines()) {

@@ -3,8 +3,8 @@
 //! A run that is worth keeping defers the first signal: it writes what it has, and then ends with the same status. A later signal ends
 //! it at once, unless it comes within half a second: one Ctrl-C may be two, where a process group gets it and a supervisor sends SIGTERM.
 //!
-//! On Unix the signals are blocked, and a thread waits for them: a handler would not be told which one came. Blocked is also the one for a
-//! file beyond the limit of its size (`ulimit -f`), for which nobody waits: the write fails as on a full disk, and is told.
+//! On Unix the signals are blocked, and a thread waits for them: a handler would not be told which one came. SIGXFSZ is blocked, too,
+//! and nobody waits for it: a write beyond the file size limit (`ulimit -f`) fails with an error, as on a full disk.
 
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};

@@ -72,6 +72,11 @@ impl Baked {
 }
 
 impl Field {
+    /// Is a node of the grid inside of the solid? `false` of other fields.
+    pub fn has_inside(&self) -> bool {
+        self.grid().is_some_and(|grid| inside::has_inside(grid))
+    }
+
     /// Bakes a mesh into a grid of exact signed distances.
     pub fn bake(mesh: MeshView, options: &BakeOptions) -> Result<Baked, BakeError> {
         Self::bake_with_progress(mesh, options, &|_| ())

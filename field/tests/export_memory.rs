@@ -1,4 +1,4 @@
-//! Memory of an export: no more than is asked for before it begins. A program of its own, as the peak is that of the process.
+//! Peak memory of an export: at most what its check requires. A test program of its own, because the peak is that of the process.
 #![cfg(target_os = "linux")]
 
 use sdf_field::core::shapes::Sphere;
@@ -24,6 +24,6 @@ fn an_export_takes_no_more_memory_than_its_check_asks_for() {
         let nodes = exported.lattice.node_count() as f64;
         let taken = (peak() - before) / nodes;
         // Beside it: the leaves of the level set, about 1.1 bytes a node. A second copy of the samples would be 4.
-        assert!(taken < asked + 2.0, "{format:?}: {taken:.2} bytes a node, {asked} were asked for");
+        assert!(taken < asked + 2.0, "{format:?}: {taken:.2} bytes a node, its check requires {asked}");
     }
 }

@@ -36,8 +36,8 @@ pub(crate) use rays::{whole_winding_number, winding_change};
 /// Triangles that are compared with one list of others: neighbours in the tree's order, and so in space.
 const GROUP_SIZE: usize = 8;
 
-/// Pairs that are compared at most, after those that planes tell apart, and more of large meshes: some ten seconds. Triangles of a surface are near a dozen others, those of a
-/// heap near all.
+/// Pairs that are compared at most, without those that planes separate, and more of large meshes: some ten seconds. Triangles of a surface
+/// are near a dozen others, those of a heap near all.
 const MAX_TESTS: usize = 1 << 25;
 
 /// Pairs compared at most, for each triangle.

@@ -65,7 +65,7 @@ fn formats() -> impl TypedValueParser<Value = ExportFormat> {
 /// and `info` say so.
 #[derive(Debug, Parser)]
 pub struct ImportArgs {
-    /// The file: .nvdb (float, not packed) or .npy (three axes, in the order z, y, x), which is told by its first bytes too. A dash
+    /// The file: .nvdb (float, not packed) or .npy (three axes, in the order z, y, x), which its first bytes show, too. A dash
     /// reads standard input, as .npy with --spacing, else as .nvdb, and needs -o.
     pub file: PathBuf,
     /// Where to write the grid; - is standard output [default: the file's name with .sdf.h5, in the current

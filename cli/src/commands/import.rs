@@ -6,7 +6,6 @@ use sdf_core::grid::owned::OwnedGrid;
 use sdf_field::file::Compression;
 use sdf_field::import::ImportFormat;
 use sdf_field::{Field, Source, Threads};
-use sdf_formats::export::dense_samples;
 use serde_json::json;
 use sha2::{Digest, Sha256};
 
@@ -78,7 +77,7 @@ pub fn run(args: &ImportArgs) -> Result<()> {
 
 /// Reason to think that the samples are no signed distances of a solid in the box.
 fn warning(field: &Field, grid: &OwnedGrid) -> Option<&'static str> {
-    if dense_samples(grid).iter().all(|sample| *sample >= 0.0) {
+    if !field.has_inside() {
         return Some("no node is inside the solid: no sample is negative");
     }
     let is_inside = field.range_on_faces(grid.lattice(), Threads::ALL).upper < 0.0;

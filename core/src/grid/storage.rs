@@ -48,8 +48,8 @@ pub trait Storage {
         copy_rows(self, first, counts, samples);
     }
 
-    /// How many of eight lanes does this thread compute? The exact minimum on a triangle takes eight cells or lines at a time. One thread
-    /// computes all of them. On a card eight threads run the same search and compute a lane each, at index 0 of their arrays;
+    /// How many of eight lanes does this thread compute? The exact minimum on a segment or triangle takes eight cells or lines at a
+    /// time. One thread computes all of them. On a card eight threads run the same search and compute a lane each, at index 0 of their arrays;
     /// then every thread reads from the others what it needs, by [`of_lane`](Self::of_lane). So all of them go the same way.
     const LANES_OF_THREAD: usize = TEAM_LANES;
 

@@ -70,7 +70,8 @@ pub struct BakeOptions {
     pub layout: Layout,
     /// The type of a sample; `None` stands for u16 of a sparse grid, and for f32 of a dense one. [`GridSize::MaxError`] picks its own.
     pub precision: Option<Precision>,
-    /// Half width of a sparse grid's band, in cells, 1 to 1000: within it values are distances, beyond it coarse ones inside and lower bounds outside.
+    /// Half width of a sparse grid's band, in cells, 1 to 1000: within it values are distances, beyond it coarse ones inside and lower
+    /// bounds outside.
     pub band: u32,
     /// Cells around the mesh's box on each side.
     pub padding: u32,
