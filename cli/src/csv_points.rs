@@ -3,21 +3,31 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 
+/// Most bytes of a line.
+const LONGEST_LINE: u64 = 1 << 16;
+
 /// The points of a file, or of standard input.
 pub fn read(path: &Path) -> Result<Vec<[f64; 3]>> {
-    let shown = path.display().to_string();
     if path == Path::new("-") {
-        return read_from(std::io::stdin(), &shown);
+        return read_from(std::io::stdin(), "standard input");
     }
+    let shown = path.display().to_string();
     read_from(std::fs::File::open(path).with_context(|| shown.clone())?, &shown)
 }
 
 /// Reads lines of x,y,z; semicolons or blanks may stand for the commas, and numbers may be quoted. A first line of column names, empty
 /// lines and columns after the third are skipped.
 pub fn read_from(source: impl Read, shown: &str) -> Result<Vec<[f64; 3]>> {
-    let mut points = Vec::new();
-    for (number, line) in (1..).zip(BufReader::new(source).lines()) {
-        let line = line.with_context(|| format!("{shown}, line {number}"))?;
+    let (mut source, mut points, mut line) = (BufReader::new(source), Vec::new(), String::new());
+    for number in 1.. {
+        line.clear();
+        let read = source.by_ref().take(LONGEST_LINE + 1).read_line(&mut line);
+        if read.with_context(|| format!("{shown}, line {number}"))? == 0 {
+            break;
+        }
+        if line.len() as u64 > LONGEST_LINE {
+            bail!("{shown}, line {number}: longer than {LONGEST_LINE} bytes: give one point a line");
+        }
         let line = line.trim().trim_start_matches('\u{feff}');
         if line.is_empty() {
             continue;

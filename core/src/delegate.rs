@@ -43,6 +43,9 @@ macro_rules! delegate_sdf {
             fn magnitude<R: $crate::Real>(&self) -> R {
                 match self { $(Self::$variant(field) => field.magnitude()),+ }
             }
+            fn extent<R: $crate::Real>(&self) -> R {
+                match self { $(Self::$variant(field) => field.extent()),+ }
+            }
         }
 
         impl $crate::EnclosedSdf for $name {

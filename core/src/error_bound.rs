@@ -1,6 +1,6 @@
 //! How far can a field be from the shape that it was made from?
 
-use crate::number::Float;
+use crate::number::{Float, Real};
 use crate::{Aabb, EnclosedSdf, Interval, Sample};
 
 /// Bounds of the difference between φ and d in a region, where d is the signed distance to the shape that the field was made from:
@@ -95,6 +95,16 @@ impl ErrorBound {
         near.min(margin + self.above)
     }
 
+    /// Lower bound of d at all points where φ is at least `value`: d is above every margin whose [`reach`](Self::reach) is below it.
+    pub(crate) fn lowest_distance<R: Float>(&self, value: R) -> R {
+        let everywhere = value - R::from_f64(self.above);
+        let Interval { lower, upper } = self.levels;
+        if self.fails_outside[0] || value.to_f64() <= lower {
+            return everywhere;
+        }
+        Real::max(everywhere, Real::min(value - R::from_f64(self.near), R::from_f64(upper)))
+    }
+
     /// Bound of s φ against the distance D to a shape stretched by at least s and at most s + e, where φ is in `range`.
     ///
     /// A linear map whose singular values are in [s, s + e] takes a segment of length l to one of length s l to (s + e) l, and the
@@ -153,6 +163,22 @@ mod tests {
         below: 3.0,
         levels: Interval { lower: -2.0, upper: 2.0 },
     };
+
+    #[test]
+    fn a_distance_is_above_each_margin_whose_reach_is_below_the_value() {
+        let outside = ErrorBound { fails_outside: [true, false], ..GRID };
+        for bound in [GRID, GRID.shift(-1.5), outside, GRID.negate(), ErrorBound::EXACT, ErrorBound::everywhere(0.25)] {
+            for step in -80..=80 {
+                let (value, lowest) = (f64::from(step) * 0.125, bound.lowest_distance(f64::from(step) * 0.125));
+                // Sixteenths are exact, and all numbers of the bounds are multiples of them.
+                for margin in (-200..=200).map(|step| f64::from(step) * 0.0625) {
+                    let is_below = bound.reach(margin) < value;
+                    assert!(margin == lowest || is_below == (margin < lowest), "{bound:?} from {value} on: {margin}");
+                }
+            }
+        }
+        assert_eq!([-3.0, 1.0, 4.0, 9.0].map(|value| GRID.lowest_distance(value)), [-7.0, 0.5, 2.0, 5.0]);
+    }
 
     #[test]
     fn beyond_its_levels_a_bound_reaches_as_far_as_its_larger_error() {

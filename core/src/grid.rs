@@ -212,6 +212,13 @@ impl<S: Storage> Sdf for Grid<S> {
         let ([x, y, z], ..) = self.lattice.in_numbers::<R>();
         x.abs().max(y.abs()).max(z.abs())
     }
+
+    /// Longest side of the box.
+    #[inline(always)]
+    fn extent<R: Real>(&self) -> R {
+        let ((_, spacing, _), [x, y, z]) = (self.lattice.in_numbers::<R>(), self.lattice.cells());
+        spacing * R::from_f64(f64::from(x.max(y).max(z)))
+    }
 }
 
 impl<S: Storage> EnclosedSdf for Grid<S> {

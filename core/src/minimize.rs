@@ -27,6 +27,7 @@ mod sub_simplex;
 
 pub use all_minima::{AllMinima, MinimaSummary, SimplexCell};
 pub use certified::Certified;
+pub(crate) use certified::reference_length;
 pub use frank_wolfe::FrankWolfe;
 pub use golden_section::GoldenSection;
 pub use newton::Newton;

@@ -120,6 +120,11 @@ impl<F: Sdf, P: Placement> Sdf for Placed<F, P> {
         self.placement.magnitude::<R>()
             + self.field.magnitude::<R>() * R::from_f64(self.placement.scale() / self.placement.slope_factor())
     }
+
+    #[inline(always)]
+    fn extent<R: Real>(&self) -> R {
+        self.field.extent::<R>() * R::from_f64(self.placement.largest_scale())
+    }
 }
 
 impl<F: EnclosedSdf, P: Placement> EnclosedSdf for Placed<F, P> {

@@ -69,6 +69,14 @@ pub trait Sdf {
         R::from_f64(self.bounds(0.0).largest_finite_coordinate())
     }
 
+    /// Length of the surface: the longest side of the box around it, or around its largest part; infinite where it has no end.
+    ///
+    /// A certified search of an element that is larger takes its tolerance as a fraction of this length. By default from
+    /// [`bounds`](Self::bounds).
+    fn extent<R: Real>(&self) -> R {
+        R::from_f64(self.bounds(0.0).longest_side())
+    }
+
     /// φ alone: the same bits as [`evaluate`](Self::evaluate), under the same condition.
     #[inline(always)]
     fn value<R: Real>(&self, point: Vector3<R>) -> R {
@@ -121,6 +129,10 @@ impl<F: Sdf + ?Sized> Sdf for &F {
     #[inline(always)]
     fn magnitude<R: Real>(&self) -> R {
         (**self).magnitude()
+    }
+    #[inline(always)]
+    fn extent<R: Real>(&self) -> R {
+        (**self).extent()
     }
     #[inline(always)]
     fn value<R: Real>(&self, point: Vector3<R>) -> R {

@@ -30,7 +30,8 @@ pub struct ContactOptions {
     /// Evaluations per element of the certified methods, iterations of the others; `None` stands for
     /// [`Method::default_budget`].
     pub budget: Option<u32>,
-    /// The certified methods stop within this fraction of longest edge · slope bound of the minimum.
+    /// The certified methods stop within this fraction of slope bound · longest edge of the minimum, or of slope bound · size of the
+    /// field, if that is shorter: the longest side of its box, of a union that of its largest part.
     pub tolerance: f64,
     /// Report every isolated minimum of an element, not only the lowest. Needs a certified method.
     pub all_minima: bool,

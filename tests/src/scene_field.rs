@@ -70,6 +70,10 @@ macro_rules! scene_field {
             fn magnitude<R: Real>(&self) -> R {
                 self.as_dyn().magnitude()
             }
+
+            fn extent<R: Real>(&self) -> R {
+                self.as_dyn().extent()
+            }
         }
     };
 }

@@ -29,7 +29,8 @@ impl Sdf {
     /// of a field that was moved or combined.
     /// lean: leave out smooth normals and error bounds, in less time; points and distances are the same.
     /// budget: evaluations of auto (256) and certified (1024), iterations of other methods (32). tolerance: auto and certified end within
-    /// this fraction of longest edge · slope_bound of the minimum; neither counts where exact. threads: None for all cores.
+    /// this fraction of slope_bound · longest edge of the minimum, or of slope_bound · longest side of the field's box if that is shorter;
+    /// neither counts where exact. threads: None for all cores.
     /// For a mesh that moves, faces alone: clusters, a MeshClusters of it, leaves out what is far from the field, with the same contacts;
     /// vertices that moved against each other need refitted clusters, which nothing checks.
     /// mesh_pose: where the frame of a rigid mesh stands; contacts are those of the mesh moved there. margins: one for each face (m,), in

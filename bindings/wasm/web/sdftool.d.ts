@@ -62,7 +62,7 @@ export interface ContactOptions {
   pose?: { translation?: [number, number, number]; rotation?: [number, number, number, number] };
   /** Evaluations of auto (256) and certified (1024), iterations of other methods (32). */
   budget?: number;
-  /** Of the certified minimum, in edge lengths [1e-3]. */
+  /** Of the certified minimum, in edge lengths, or sizes of the field if that is less [1e-3]. */
   tolerance?: number;
   /** Every isolated minimum of an element. */
   allMinima?: boolean;

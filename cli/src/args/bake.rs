@@ -55,7 +55,7 @@ pub struct BakeArgs {
     /// Pack the file's chunks, or write them as they are: larger, but written and read faster.
     #[arg(long, value_parser = compressions(), default_value = Compression::Deflate.name())]
     pub compress: Compression,
-    /// Memory that the bake may take, such as 2GiB or 500MB: a sparse grid that takes more is streamed into its file, brick by brick, as is any large one [default: what is free].
+    /// Memory that the grid may take, beside the mesh and its tree, such as 2GiB or 500MB: a sparse grid that takes more is streamed into its file, brick by brick, as is any large one [default: what is free].
     #[arg(long, value_name = "SIZE", value_parser = bytes, allow_hyphen_values = true)]
     pub memory: Option<u64>,
     /// Cells added around the mesh's box, on each side; limits the --margin of contacts.
@@ -92,7 +92,7 @@ pub struct FleetArgs {
     /// More meshes. Each grid has its mesh's name, and a failure does not stop the others.
     #[arg(value_name = "MORE")]
     pub more: Vec<PathBuf>,
-    /// Bake the meshes that this text file names, one on each line; a dash reads standard input.
+    /// Bake the meshes that this text file names, one on each line, relative to the current folder; a dash reads standard input.
     #[arg(long, value_name = "FILE", help_heading = MANY)]
     pub list: Option<PathBuf>,
     /// The folder for the grids of several meshes; it is made if missing [default: the current folder].
@@ -142,7 +142,7 @@ pub enum Sign {
 pub enum Certify {
     /// Bound by the cap of the normals near 4 × 4 × 4 cells: at no cost.
     Fast,
-    /// Bound by the normals near single cells where those say less: a bake of a closed mesh takes about twice as long.
+    /// Bound by the normals near single cells where those say less: a bake of a closed mesh takes two to four times as long.
     Tight,
 }
 

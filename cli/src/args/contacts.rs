@@ -37,8 +37,9 @@ pub struct ContactsArgs {
     /// methods (32). The cull's evaluation comes on top, and so do those that tell the minima of --all-minima apart.
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub iterations: Option<u32>,
-    /// Auto and certified stop within this fraction of the element's longest edge, times the field's slope bound, of the minimum; for
-    /// two fields, of the longest side of the box in which they may touch [default: 0.001].
+    /// Auto and certified stop within this fraction of the element's longest edge, or of the longest side of the field's box if that is
+    /// shorter, times the field's slope bound, of the minimum; for two fields, of the longest side of the box in which they may touch
+    /// [default: 0.001].
     #[arg(long, value_name = "FRACTION", value_parser = positive, allow_negative_numbers = true)]
     pub tolerance: Option<f64>,
     /// Report every isolated minimum of an element, not only the lowest: a triangle on three bumps touches three times. Minima

@@ -41,7 +41,7 @@ pub fn run(args: &BakeArgs) -> Result<()> {
     if args.output.is_some() || args.view.is_some() {
         match args.fleet.more.is_empty() && args.fleet.list.is_none() {
             true => misuse!(
-                "--resume, --jobs and --out-dir need no -o and no --view: give --out-dir, a folder, in their place"
+                "--resume, --jobs and --out-dir do not go with -o or --view: give --out-dir, a folder, in their place"
             ),
             false => misuse!("-o and --view are for one mesh: give --out-dir, a folder for the grids of all"),
         }

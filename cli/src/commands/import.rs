@@ -3,6 +3,7 @@
 use anyhow::{Context, Result, bail};
 use sdf_core::Sdf;
 use sdf_core::grid::owned::OwnedGrid;
+use sdf_core::nalgebra::Vector3;
 use sdf_field::file::Compression;
 use sdf_field::import::ImportFormat;
 use sdf_field::{Field, Source, Threads};
@@ -58,7 +59,7 @@ pub fn run(args: &ImportArgs) -> Result<()> {
         ("error", "unknown: nothing is certified of samples that were not baked here".to_owned()),
         ("padding", format!("{}: margins of contacts up to it", number(info.padding))),
     ];
-    rows.extend(warning.map(|warning| ("warning", warning.to_owned())));
+    rows.extend(warning.iter().map(|warning| ("warning", warning.clone())));
     rows.push(("file", format!("{}, {file} bytes", standard_output::shown(&output))));
     let json = json!({
         "schema": "sdftool.import/1",
@@ -76,10 +77,44 @@ pub fn run(args: &ImportArgs) -> Result<()> {
 }
 
 /// Reason to think that the samples are no signed distances of a solid in the box.
-fn warning(field: &Field, grid: &OwnedGrid) -> Option<&'static str> {
+fn warning(field: &Field, grid: &OwnedGrid) -> Option<String> {
     if !field.has_inside() {
-        return Some("no node is inside the solid: no sample is negative");
+        return Some("no node is inside the solid: no sample is negative".to_owned());
     }
-    let is_inside = field.range_on_faces(grid.lattice(), Threads::ALL).upper < 0.0;
-    is_inside.then_some("the solid reaches or lies outside the box on all sides: are the signs flipped?")
+    if field.range_on_faces(grid.lattice(), Threads::ALL).upper < 0.0 {
+        return Some("the solid reaches or lies outside the box on all sides: are the signs flipped?".to_owned());
+    }
+    let slope = slope_at_surface(grid).filter(|slope| !(1.0 / FARTHEST_SLOPE..FARTHEST_SLOPE).contains(slope))?;
+    let slope = number(slope);
+    Some(format!(
+        "at the surface the samples change by {slope} over a length of 1: are they distances in another unit?"
+    ))
+}
+
+/// Slope at the surface up to which samples pass for distances, whose slope is 1.
+const FARTHEST_SLOPE: f64 = 1.5;
+
+/// Most cells that are looked at, evenly spread.
+const MOST_CELLS: usize = 1 << 20;
+
+/// The prime of Knuth's multiplicative hashing.
+const PRIME: u128 = 2_654_435_761;
+
+/// Median of |∇φ| in the middle of cells that the surface passes. `None` if none was seen.
+fn slope_at_surface(grid: &OwnedGrid) -> Option<f64> {
+    let (lattice, spacing) = (grid.lattice(), grid.lattice().spacing());
+    let [row, rows, layers] = lattice.cells().map(|cells| cells as usize);
+    let count = row * rows * layers;
+    let slopes = (0..count.min(MOST_CELLS)).filter_map(|step| {
+        // Steps by a prime meet all cells, and no row or layer more than others.
+        let index = (step as u128 * PRIME % count as u128) as usize;
+        let cell = [index % row, index / row % rows, index / row / rows];
+        let first = Vector3::from(lattice.node(cell.map(|along| along as u32)));
+        let sample = grid.evaluate(first.add_scalar(0.5 * spacing));
+        let slope = sample.gradient.norm();
+        (sample.value.abs() <= 0.5 * spacing * slope).then_some(slope)
+    });
+    let mut slopes: Vec<f64> = slopes.collect();
+    let middle = slopes.len() / 2;
+    (!slopes.is_empty()).then(|| *slopes.select_nth_unstable_by(middle, f64::total_cmp).1)
 }

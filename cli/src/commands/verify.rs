@@ -27,7 +27,7 @@ use sdf_formats::field_file::OpenField;
 use sdf_formats::grid_file::StoredGrid;
 
 use crate::args::VerifyArgs;
-use crate::failure::Mismatch;
+use crate::failure::{Mismatch, misuse};
 use crate::histogram::Histogram;
 use crate::mesh_input::{self, with_path};
 use crate::read_summary::bytes_of;
@@ -87,6 +87,9 @@ pub fn run(args: &VerifyArgs) -> Result<()> {
     };
     if args.tight {
         tight::require_bricks(&args.sdf, &subject)?;
+    }
+    if args.all_nodes && matches!(subject, Subject::Shapes(_)) {
+        misuse!("{}: a closed form has no nodes: remove --all-nodes", args.sdf.display());
     }
     // As it was baked: welded and closed, without faces that lie inside of the solid. Neither blobs nor shapes say how.
     let about = match &subject {

@@ -297,6 +297,8 @@ fn info_describes_a_file() {
 #[test]
 fn verify_distinguishes_a_grid_of_the_mesh_from_another() {
     let folder = scene();
+    folder.write("sphere.sdf.toml", SPHERE);
+    says(&folder.misused("verify sphere.sdf.toml ball.obj --all-nodes"), &["a closed form has no nodes"]);
     says(&folder.done("verify ball.sdf.h5 ball.obj --points 500"), &["the very file", "500 sampled", "0 wrong signs"]);
     let json = folder.json("verify ball.sdf.h5 ball.obj --points 500 --all-nodes");
     assert_eq!(json["schema"], "sdftool.verify/1");

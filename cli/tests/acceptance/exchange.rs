@@ -137,6 +137,16 @@ fn an_import_warns_of_signs_that_no_solid_in_the_box_has() {
         &warning(&|index| -ball(index)).unwrap(),
         &["reaches or lies outside the box on all sides", "are the signs flipped?"],
     );
+    let slope = "at the surface the samples change by ";
+    says(&warning(&|index| 10.0 * ball(index)).unwrap(), &[slope, "are they distances in another unit?"]);
+    says(&warning(&|index| 0.1 * ball(index)).unwrap(), &[slope]);
+    assert_eq!(warning(&|index| 1.2 * ball(index)), None);
+    says(&warning(&|index| -ball(index)).unwrap(), &["are the signs flipped?"]);
+    // No error is certified, and yet all signs are wrong, in cells as at nodes.
+    folder.write("ball.obj", Model::ball([0.75; 3], 0.4, 3).obj());
+    let verified = folder.sdftool("verify ball.sdf.h5 ball.obj --points 1000 --json").assert().code(1);
+    let document: serde_json::Value = serde_json::from_slice(&verified.get_output().stdout).unwrap();
+    assert!(document["points"]["wrong_signs"].as_u64().unwrap() > 300, "{document}");
 }
 
 #[test]

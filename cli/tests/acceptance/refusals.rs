@@ -263,6 +263,10 @@ fn a_dash_reads_a_mesh_or_a_field_from_standard_input() {
     says(&folder.misused("contacts - -"), &["cannot both be standard input"]);
     says(&folder.misused("eval - --points -"), &["cannot both be standard input"]);
     says(&folder.refused("info -"), &["standard input: an empty file"]);
+    let refused = folder.sdftool("eval sphere.sdf.toml --points -").write_stdin("1,2\n").assert().code(1);
+    says(&String::from_utf8_lossy(&refused.get_output().stderr), &["standard input, line 1: expected 3 numbers"]);
+    folder.write("long.csv", "0,0,0 ".repeat(20_000));
+    says(&folder.refused("eval sphere.sdf.toml --points long.csv"), &["long.csv, line 1", "longer than 65536 bytes"]);
 }
 
 #[test]

@@ -47,6 +47,10 @@ impl<A: Sdf, B: Sdf> Sdf for Union<A, B> {
     fn magnitude<R: Real>(&self) -> R {
         self.0.magnitude::<R>().max(self.1.magnitude())
     }
+
+    fn extent<R: Real>(&self) -> R {
+        self.0.extent::<R>().max(self.1.extent())
+    }
 }
 
 impl<A: EnclosedSdf, B: EnclosedSdf> EnclosedSdf for Union<A, B> {
@@ -129,6 +133,10 @@ impl<A: Sdf, B: Sdf> Sdf for Intersection<A, B> {
     fn magnitude<R: Real>(&self) -> R {
         self.0.magnitude::<R>().max(self.1.magnitude())
     }
+
+    fn extent<R: Real>(&self) -> R {
+        self.0.extent::<R>().min(self.1.extent())
+    }
 }
 
 impl<A: EnclosedSdf, B: EnclosedSdf> EnclosedSdf for Intersection<A, B> {
@@ -195,6 +203,10 @@ impl<A: Sdf, B: Sdf> Sdf for Difference<A, B> {
     #[inline]
     fn magnitude<R: Real>(&self) -> R {
         self.0.magnitude::<R>().max(self.1.magnitude())
+    }
+
+    fn extent<R: Real>(&self) -> R {
+        self.0.extent()
     }
 }
 

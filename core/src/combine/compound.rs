@@ -114,6 +114,10 @@ impl<F: Sdf, S: Deref<Target = [F]>> Sdf for Compound<S> {
     fn magnitude<R: Real>(&self) -> R {
         R::from_parameter(self.scale.magnitude)
     }
+
+    fn extent<R: Real>(&self) -> R {
+        self.combine(R::zero(), Sdf::extent, R::max)
+    }
 }
 
 impl<F: EnclosedSdf, S: Deref<Target = [F]>> EnclosedSdf for Compound<S> {

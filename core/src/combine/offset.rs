@@ -59,6 +59,10 @@ impl<F: Sdf> Sdf for Offset<F> {
     fn magnitude<R: Real>(&self) -> R {
         self.field.magnitude::<R>() + R::from_f64(self.distance).abs()
     }
+
+    fn extent<R: Real>(&self) -> R {
+        self.field.extent::<R>() + R::from_f64(2.0 * self.distance.max(0.0))
+    }
 }
 
 impl<F: EnclosedSdf> EnclosedSdf for Offset<F> {

@@ -73,6 +73,10 @@ impl<F: Sdf> Sdf for Shell<F> {
     fn magnitude<R: Real>(&self) -> R {
         self.field.magnitude::<R>() + R::from_f64(0.5 * self.thickness)
     }
+
+    fn extent<R: Real>(&self) -> R {
+        self.field.extent::<R>() + R::from_f64(self.thickness)
+    }
 }
 
 impl<F: EnclosedSdf> EnclosedSdf for Shell<F> {

@@ -105,6 +105,10 @@ impl<A: Sdf, B: Sdf> Sdf for SmoothUnion<A, B> {
     fn magnitude<R: Real>(&self) -> R {
         self.a.magnitude::<R>().max(self.b.magnitude()) + R::from_f64(self.blend)
     }
+
+    fn extent<R: Real>(&self) -> R {
+        self.a.extent::<R>().max(self.b.extent())
+    }
 }
 
 impl<A: EnclosedSdf, B: EnclosedSdf> EnclosedSdf for SmoothUnion<A, B> {

@@ -62,8 +62,9 @@ pub(super) fn report<R: Float, F: EnclosedSdf, const N: usize>(
     let contact = describe(field, element, minimum, lower_bound, rank)?;
     Some(Contact {
         error_bound: ErrorBound::at_point(field, &Aabb::from_corners(&[minimum.point]), &minimum.sample),
-        shape_lower_bound: contact.lower_bound
-            - R::from_f64(field.error_bound(&Aabb::from_corners(&element.simplex.corners)).above),
+        shape_lower_bound: field
+            .error_bound(&Aabb::from_corners(&element.simplex.corners))
+            .lowest_distance(contact.lower_bound),
         ..contact
     })
 }

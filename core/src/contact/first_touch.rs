@@ -16,7 +16,7 @@
 use nalgebra::Vector3;
 
 use super::Element;
-use crate::minimize::{Certified, Minimizer, Minimum};
+use crate::minimize::{Certified, Minimizer, Minimum, reference_length};
 use crate::moving::{MovingSdf, position, product, swept_bounds};
 use crate::number::{Float, Real};
 use crate::rounding::{FieldScale, NESTED_FIELDS, rounding};
@@ -162,8 +162,8 @@ impl FirstTouch {
         spent: u32,
     ) -> (Minimum<R, N>, u32) {
         let left = self.evaluations.saturating_sub(spent);
-        // Half of the tolerance, as a fraction of longest edge · slope bound. At a point there is nothing to search.
-        let unit = simplex.longest_edge().to_f64() * field.slope_bound();
+        // Half of the tolerance, as a fraction as a search takes it. At a point there is nothing to search.
+        let unit = reference_length(field, simplex.longest_edge()).to_f64() * field.slope_bound();
         let fraction = |gap: f64| if unit > 0.0 { gap / unit } else { 0.0 };
         let finest = fraction(0.5 * self.tolerance);
         // Some point is so far above the thickness: the minimum at most.

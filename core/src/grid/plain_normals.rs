@@ -34,6 +34,10 @@ impl<F: Sdf> Sdf for PlainNormals<F> {
     fn magnitude<R: Real>(&self) -> R {
         self.0.magnitude()
     }
+    #[inline(always)]
+    fn extent<R: Real>(&self) -> R {
+        self.0.extent()
+    }
 }
 
 impl<F: EnclosedSdf> EnclosedSdf for PlainNormals<F> {

@@ -9,8 +9,8 @@
 //! | 4 | Does some in-plane direction descend on all of a half? Then its interior holds no minimum. | `descent_test` |
 //!
 //! With v the lowest value found and l the lower bound of all nodes, min(v, l) ≤ min φ ≤ v. A node whose bound is at
-//! least v − gap is fathomed; gap = tolerance · longest edge · slope bound + rounding. The search has converged when no
-//! other is left.
+//! least v − gap is fathomed; gap = tolerance · slope bound · (longest edge, or size of the surface if that is shorter) + rounding. The
+//! search has converged when no other is left.
 //!
 //! Every step asks first whether the budget of evaluations allows it, so that none is exceeded. A larger budget goes
 //! the same way further.
@@ -52,7 +52,8 @@ pub struct Certified {
     /// exact minimum of a grid on a simplex or a part of it counts as one. A budget too small for a search takes the
     /// lowest of as many corners.
     pub evaluations: u32,
-    /// Stops when the minimum is known to within this fraction of longest edge · slope bound.
+    /// Stops when the minimum is known to within this fraction of slope bound · l, where l is the longest edge, or the size of the
+    /// surface if that is shorter ([`Sdf::extent`](crate::Sdf::extent)).
     pub tolerance: f64,
     /// Finds the first value to beat, and polishes the result. Newton needs fewer evaluations in all than Frank-Wolfe
     /// or no local search, on shapes and grids. Where the field is smooth it makes the point accurate, not only the
@@ -118,6 +119,12 @@ fn join<R: Float, const N: usize>(a: &Minimum<R, N>, b: &Minimum<R, N>) -> Minim
         evaluations: a.evaluations + b.evaluations,
         ..lowest
     }
+}
+
+/// The length that tolerances are fractions of: the longest edge, or the size of the surface if that is shorter.
+#[inline(always)]
+pub(crate) fn reference_length<R: Real, F: EnclosedSdf>(field: &F, longest_edge: R) -> R {
+    longest_edge.min(field.extent())
 }
 
 impl Certified {
@@ -189,7 +196,7 @@ impl Certified {
 
     #[inline(always)]
     fn tolerance_on<R: Float, F: EnclosedSdf>(&self, field: &F, longest_edge: R) -> R {
-        longest_edge * R::from_f64(field.slope_bound() * self.tolerance)
+        reference_length(field, longest_edge) * R::from_f64(field.slope_bound() * self.tolerance)
     }
 
     #[inline(always)]

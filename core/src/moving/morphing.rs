@@ -169,6 +169,10 @@ impl<A: Sdf, B: Sdf> Sdf for Blend<A, B> {
     fn magnitude<R: Real>(&self) -> R {
         self.first.magnitude::<R>().max(self.second.magnitude())
     }
+
+    fn extent<R: Real>(&self) -> R {
+        self.first.extent::<R>().max(self.second.extent())
+    }
 }
 
 impl<A: EnclosedSdf, B: EnclosedSdf> EnclosedSdf for Blend<A, B> {

@@ -76,6 +76,12 @@ impl<F: Sdf, P: Placement + Copy> Sdf for Posed<F, P> {
             Some(placed) => placed.magnitude(),
         }
     }
+
+    #[inline(always)]
+    fn extent<R: Real>(&self) -> R {
+        let extent = self.field.extent::<R>();
+        self.pose.as_ref().map_or(extent, |pose| extent * R::from_f64(pose.largest_scale()))
+    }
 }
 
 impl<F: EnclosedSdf, P: Placement + Copy> EnclosedSdf for Posed<F, P> {

@@ -35,6 +35,8 @@ pub trait DynSdf:
     fn dyn_slope_bound(&self) -> f64;
     /// [`Sdf::magnitude`].
     fn dyn_magnitude(&self) -> f64;
+    /// [`Sdf::extent`].
+    fn dyn_extent(&self) -> f64;
     /// [`EnclosedSdf::enclose_box`].
     fn dyn_enclose_box(&self, region: &Aabb) -> BoxEnclosure;
     /// [`EnclosedSdf::linearization_error`].
@@ -52,6 +54,9 @@ impl<F: EnclosedSdf> DynSdf for F {
     }
     fn dyn_magnitude(&self) -> f64 {
         self.magnitude()
+    }
+    fn dyn_extent(&self) -> f64 {
+        self.extent()
     }
     fn dyn_enclose_box(&self, region: &Aabb) -> BoxEnclosure {
         self.enclose_box(region)
@@ -172,6 +177,10 @@ impl Sdf for dyn DynSdf + '_ {
 
     fn magnitude<R: Real>(&self) -> R {
         R::from_f64(self.dyn_magnitude())
+    }
+
+    fn extent<R: Real>(&self) -> R {
+        R::from_f64(self.dyn_extent())
     }
 }
 

@@ -170,6 +170,9 @@ impl Sdf for Part {
     fn magnitude<R: Real>(&self) -> R {
         self.posed().magnitude()
     }
+    fn extent<R: Real>(&self) -> R {
+        self.posed().extent()
+    }
 }
 
 /// One copy of the code of all shapes: a warp waits longer for code that it has not run yet than for a call. Arguments and answer are in

@@ -159,13 +159,15 @@ impl Findings {
         // A sign may be lost only where a distance is rounded to zero.
         let coarsest = f64::from(code_step(grid.storage().precision(), grid.storage().scales()));
         let sign_tolerance = if has_exact_nodes { spacing * 1e-6 + coarsest } else { bound };
+        // Nowhere in a cell with right signs at its nodes is the wrong one farther from the surface than its diagonal.
+        let point_sign_tolerance = if bound.is_finite() { bound } else { spacing * 3.0_f64.sqrt() };
         let is_exact = |node: &PointSample| far_values.is_none_or(|values| node.truth.abs() <= values.exact_within);
         let (nodes, far_nodes): (Vec<_>, Vec<_>) = sample_nodes(args, grid, truth).into_iter().partition(is_exact);
         let steepest = samples.iter().map(|sample| sample.slope).fold(0.0, f64::max);
         let findings = Self {
             nodes: Some(Errors::new(&nodes, sign_tolerance, Some(spacing))),
             far_nodes: far_values.map(|values| FarNodes::new(&far_nodes, &values)),
-            points: Errors::new(&samples, bound, Some(spacing)),
+            points: Errors::new(&samples, point_sign_tolerance, Some(spacing)),
             far,
             surface_points: missing.map(|_| args.points as usize),
             missing_cells: missing,

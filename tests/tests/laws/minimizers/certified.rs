@@ -26,7 +26,8 @@ fn a_certified_bound_holds_and_is_within_the_tolerance() {
                     let gap = (minimum.sample.value - minimum.lower_bound).to_f64();
                     // Eight times the 32 roundings that a bound allows, of coordinates and edges up to six sizes.
                     let rounding = 6.0 * 8.0 * 32.0 * R::EPSILON * scene.size * scene.slope_bound().max(1.0);
-                    let allowed = method.tolerance * simplex.longest_edge().to_f64() * scene.slope_bound();
+                    let length = simplex.longest_edge().to_f64().min(scene.extent());
+                    let allowed = method.tolerance * length * scene.slope_bound();
                     assert!(gap <= allowed + rounding, "{gap} > {allowed}: {}", context());
                 }
             }
@@ -84,6 +85,41 @@ fn within_256_evaluations_all_shapes_are_certified_on_99_percent_of_random_faces
         }
         println!("{}: {certified} of {FACES}, {evaluations:.1} evaluations in the mean", scene.name);
         if certified * 100 < FACES * 99 {
+            failures.push(format!("{}: {certified} of {FACES}", scene.name));
+        }
+    }
+    assert!(failures.is_empty(), "{failures:?}");
+}
+
+/// A floor of two triangles is as precise as one of many: faces of 10 to 1000 sizes, each through a point near the body.
+#[test]
+fn a_face_larger_than_the_field_is_certified_to_a_fraction_of_the_fields_extent() {
+    const FACES: usize = 60;
+    let method = Certified::default();
+    let mut random = Random::seeded();
+    let mut failures = vec![];
+    for scene in scenes(1.0) {
+        let extent: f64 = scene.extent();
+        // The bodies of the tests are of about this size, and the grids around them no larger than twice that.
+        let is_bounded = extent.is_finite();
+        assert!(!is_bounded || (0.3 * scene.size..8.0 * scene.size).contains(&extent), "{}: {extent}", scene.name);
+        let mut certified = 0;
+        for _ in 0..FACES {
+            let size = 10.0_f64.powf(random.between(1.0, 3.0)) * scene.size;
+            let (center, corners) = (random.in_cube(scene.size * 0.5), [(); 3].map(|()| random.in_cube(size)));
+            let simplex = Simplex { corners };
+            let shift = center - simplex.centroid();
+            let simplex = Simplex { corners: corners.map(|corner| corner + shift) };
+            let minimum = method.minimize(&scene.field, &simplex);
+            let gap = minimum.sample.value - minimum.lower_bound;
+            let allowed = 1e-3 * simplex.longest_edge().min(extent) * scene.slope_bound() + 1e-10 * size;
+            assert!(!minimum.converged || gap <= allowed, "{}: {gap} > {allowed} on {simplex:?}", scene.name);
+            certified += usize::from(minimum.converged);
+        }
+        println!("{}: {certified} of {FACES}", scene.name);
+        // One rises by its slope bound in a single cell; the other's surface goes on outside of the box, where little is known of it.
+        let is_hard = ["steep grid", "grid of a piece of a cuboid"].contains(&scene.name);
+        if certified * 100 < FACES * if is_hard { 10 } else { 95 } {
             failures.push(format!("{}: {certified} of {FACES}", scene.name));
         }
     }

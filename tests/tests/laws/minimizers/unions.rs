@@ -183,7 +183,7 @@ fn the_order_of_the_parts_does_not_matter() {
             assert!(difference <= gap, "{first:?} and {other:?} on {simplex:?}");
         }
     }
-    assert!(compared > 70, "{compared}");
+    assert!(compared > 60, "{compared}");
 }
 
 /// With a level the search may stop early, and parts above it are skipped: what is said of the whole must hold
