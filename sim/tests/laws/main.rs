@@ -1,12 +1,13 @@
 //! Laws of the simulator: free motion, sliding and rolling friction, walls, sheets at rest, stiff, entangled or split ones, soft
 //! bodies, also those that carry a sheet, two bodies exchanged, rigid surfaces that are remembered, overlaps undone, boxes that stand
-//! on each other, messages of scenes.
+//! on each other, messages of scenes, recordings.
 
 mod caged;
 mod contacts;
 mod entangled;
 mod messages;
 mod motion;
+mod recordings;
 mod recovery;
 mod reduce;
 mod rigid_memory;
