@@ -8,6 +8,7 @@
 //! | Which shape has a closed form at a time? | `scene/animation` |
 //! | How is it run, once or in many variants? | `scene/run`, `scene/vary` |
 //! | What is measured, and is it reached? | `scene/figures` |
+//! | Which things touch, and how far do normals turn? | `scene/touching` |
 //! | Which side does an entangled patch leave on? | `scene/entangled` |
 //! | Which way do bodies part that start inside of each other? | `scene/separate` |
 
@@ -21,6 +22,7 @@ mod mesh_spec;
 mod run;
 mod separate;
 mod spec;
+mod touching;
 mod vary;
 
 pub use animation::Animation;

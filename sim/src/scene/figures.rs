@@ -18,7 +18,7 @@ pub struct Figures {
     pub deep_faces: usize,
     /// Depth of the deepest of them; 0 if nothing is inside.
     pub deepest: f64,
-    /// Longest distance at the end over its length at rest.
+    /// Longest edge of a sheet, a net or strings at the end over its length at rest; at least 1.
     pub stretch: f64,
     /// Root mean square of displacement · rate of all vertices in the last half unit of time.
     pub jitter: f64,

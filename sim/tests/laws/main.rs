@@ -1,10 +1,11 @@
 //! Laws of the simulator: free motion, sliding and rolling friction, walls, sheets at rest, stiff, entangled or split ones, soft
 //! bodies, also those that carry a sheet, two bodies exchanged, rigid surfaces that are remembered, overlaps undone, boxes that stand
-//! on each other, messages of scenes, recordings.
+//! on each other, messages of scenes, figures, recordings.
 
 mod caged;
 mod contacts;
 mod entangled;
+mod figures;
 mod messages;
 mod motion;
 mod recordings;
