@@ -1,6 +1,6 @@
 //! Laws of the simulator: free motion, sliding and rolling friction, walls, sheets at rest, stiff, entangled or split ones, soft
 //! bodies, also those that carry a sheet, two bodies exchanged, rigid surfaces that are remembered, overlaps undone, boxes that stand
-//! on each other, messages of scenes, figures, recordings.
+//! on each other, messages of scenes and refusals, figures, recordings.
 
 mod caged;
 mod contacts;
@@ -11,6 +11,7 @@ mod motion;
 mod recordings;
 mod recovery;
 mod reduce;
+mod refusals;
 mod rigid_memory;
 mod rolling;
 mod seams;
