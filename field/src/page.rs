@@ -88,8 +88,8 @@ pub fn html(scene: &Scene) -> Result<String, PageError> {
     let values = parts.field(scene.field, &lattice);
     let head = scene.head(&lattice, &window, values, parts.places);
     let data = BASE64_STANDARD.encode(deflated(&parts.bytes));
-    // In a script, `</` or `<!--` of a name would end it.
-    let page = TEMPLATE.replace("{{HEAD}}", &head.to_string().replace('<', "\\u003c")).replace("{{DATA}}", &data);
+    // In a script, `</` or `<!--` of a name would end it. The head comes last: a name in it may be that of another placeholder.
+    let page = TEMPLATE.replace("{{DATA}}", &data).replace("{{HEAD}}", &head.to_string().replace('<', "\\u003c"));
     if page.len() > MAX_BYTES {
         return Err(PageError::TooLong(page.len()));
     }

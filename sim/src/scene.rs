@@ -6,8 +6,10 @@
 //! | Which numbers are refused? | `scene/check` |
 //! | How does it become a world and obstacles? | `scene/build` |
 //! | Which shape has a closed form at a time? | `scene/animation` |
+//! | What does a smaller scene have fewer of? | `scene/shrink` |
 //! | How is it run, once or in many variants? | `scene/run`, `scene/vary` |
 //! | What is measured, and is it reached? | `scene/figures` |
+//! | Which things touch, and how far do normals turn? | `scene/touching` |
 //! | Which side does an entangled patch leave on? | `scene/entangled` |
 //! | Which way do bodies part that start inside of each other? | `scene/separate` |
 
@@ -20,7 +22,9 @@ mod figures;
 mod mesh_spec;
 mod run;
 mod separate;
+mod shrink;
 mod spec;
+mod touching;
 mod vary;
 
 pub use animation::Animation;
@@ -68,9 +72,14 @@ const MAX_BYTES: u64 = 1 << 20;
 pub fn read(path: &Path) -> Result<SceneSpec, SceneError> {
     use std::io::Read;
     let unreadable = |source| SceneError::Unreadable { path: path.to_owned(), source };
-    let mut text = String::new();
-    std::fs::File::open(path).and_then(|file| file.take(MAX_BYTES).read_to_string(&mut text)).map_err(unreadable)?;
-    parse(&text, &path.display().to_string())
+    let name = path.display().to_string();
+    let mut bytes = vec![];
+    std::fs::File::open(path).and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes)).map_err(unreadable)?;
+    if bytes.len() as u64 > MAX_BYTES {
+        return Err(invalid(&name, format!("a scene has at most {MAX_BYTES} bytes (1 MiB): shorten it")));
+    }
+    let text = String::from_utf8(bytes).map_err(|error| invalid(&name, format!("it is not a text: {error}")))?;
+    parse(&text, &name)
 }
 
 /// Reads a scene from its text. Errors show `name` in place of a path.

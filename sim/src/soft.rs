@@ -18,7 +18,7 @@ pub(crate) const ORDERS: [[usize; 3]; 6] = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1,
 /// Matter of a soft body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Matter {
-    /// Mass per volume.
+    /// Mass per volume of the mesh.
     pub density: f64,
     /// Young's modulus, a pressure.
     pub young: f64,
@@ -31,6 +31,9 @@ const ON_SIDE: f64 = 1e-9;
 
 /// Adds a soft body: cubes with this side wherever the mesh has a point, and of those within `padding` of the mesh's box wherever
 /// `is_wanted` takes their center. A point between cubes asks for a cube of its own only where none of them is there.
+///
+/// All cubes are alike: the body has the mass and the stiffness of its matter in the mesh's [`volume`], spread over the cubes' own.
+/// Without faces the cubes themselves are the body.
 ///
 /// A contact moves the cubes of a face's corners alone: [`split_edges`] a mesh whose faces are larger than cubes before.
 pub fn add(
@@ -64,6 +67,8 @@ pub fn add(
             cells.insert(std::array::from_fn(|axis| layers[axis][0].min(ends[axis].1)), 0);
         }
     }
+    let share = if faces.is_empty() { 1.0 } else { volume(points, faces) / (cells.len() as f64 * side.powi(3)) };
+    let matter = &Matter { density: matter.density * share, young: matter.young * share, ..*matter };
     let mut nodes = BTreeMap::new();
     let first_tet = world.tets.len();
     for (cell, first) in &mut cells {
@@ -90,6 +95,13 @@ pub fn add(
         TetPoint { tet: cells[&cell] + place as u32, weights }
     };
     Surface::of_faces(faces.to_vec(), points.len(), Carrier::Tets(points.iter().zip(&layers).map(embed).collect()))
+}
+
+/// The volume that a closed mesh encloses, negative if its faces point inward; twice what two shells enclose together.
+pub fn volume(points: &[[f64; 3]], faces: &[[u32; 3]]) -> f64 {
+    let Some(origin) = points.first().map(|point| V3::from(*point)) else { return 0.0 };
+    let corners = faces.iter().map(|face| face.map(|corner| V3::from(points[corner as usize]) - origin));
+    corners.map(|[a, b, c]| a.dot(&b.cross(&c)) / 6.0).sum()
 }
 
 /// Most faces of [`split_edges`].

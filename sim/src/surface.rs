@@ -199,6 +199,20 @@ impl Surface {
         }
     }
 
+    /// The longest edge of a sheet, a net or strings over its length in a world where they are at rest; at least 1, and 1 of bodies.
+    pub fn max_stretch(&self, world: &World, at_rest: &World) -> f64 {
+        let Carrier::Particles { .. } = self.carrier else { return 1.0 };
+        let ratio = |ends: &[u32; 2]| {
+            let length = |world| {
+                let [a, b] = ends.map(|end| self.point(world, end as usize));
+                (b - a).norm()
+            };
+            let rest = length(at_rest);
+            (rest > 0.0).then(|| length(world) / rest)
+        };
+        self.edges.iter().filter_map(ratio).fold(1.0, f64::max)
+    }
+
     /// Upper bound of the speed of each vertex.
     pub(crate) fn speeds(&self, world: &World) -> Vec<f64> {
         match &self.carrier {

@@ -51,7 +51,7 @@ pub struct World {
     pub bodies: Vec<Body>,
     /// Acceleration of everything that has a mass.
     pub gravity: V3,
-    /// Share of its speed that everything loses per unit of time: v ← v / (1 + drag · dt).
+    /// Rate at which everything loses speed: v ← v / (1 + drag · dt).
     pub drag: f64,
     /// Time τ of the dashpot beside each distance: its force is τ / compliance times the relative speed. A rigid distance loses all
     /// of that speed.

@@ -73,9 +73,10 @@ fn run_one(
     if let Some(error) = failure {
         return Err(error);
     }
-    let outcome = outcome?;
+    let mut outcome = outcome?;
     if let Some(target) = target {
         target.write()?;
+        outcome.warnings.extend(target.recording.warnings.iter().cloned());
         if signals::status().is_some() {
             let frames = target.recording.frames.len().saturating_sub(1);
             eprintln!("sdftool: ended by a signal after {frames} frames, which {} holds", target.path.display());

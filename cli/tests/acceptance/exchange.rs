@@ -184,5 +184,11 @@ fn a_page_needs_no_network_and_is_written_by_three_commands() {
     let mut view = folder.sdftool("view -o named.html --");
     view.arg("<!--<script>.sdf.h5").assert().success();
     assert_eq!(String::from_utf8(folder.read("named.html")).unwrap().matches("<script>").count(), 1);
+    // Nor is anything filled in for what a name holds.
+    std::fs::copy(folder.at("ball.sdf.h5"), folder.at("{{DATA}}.sdf.h5")).unwrap();
+    folder.sdftool("view -o filled.html --").arg("{{DATA}}.sdf.h5").assert().success();
+    let filled = String::from_utf8(folder.read("filled.html")).unwrap();
+    says(&filled, &["{{DATA}}"]);
+    assert!(filled.len() < folder.read("other.html").len() + 100, "the data are there twice");
     says(&folder.wrong_usage("view ball.sdf.h5 -o page.png"), &[".html"]);
 }

@@ -36,8 +36,11 @@ fn a_scene_is_measured_and_recorded() {
     let page = String::from_utf8(folder.read("run.html")).unwrap();
     assert!(page.starts_with("<!DOCTYPE html>") && page.contains("A small cloth on a ball"));
     folder.done("simulate small.toml -o run.png --frames 3 --method vertices");
-    let reader = png::Decoder::new(std::io::Cursor::new(folder.read("run.png"))).read_info().unwrap();
+    let mut reader = png::Decoder::new(std::io::Cursor::new(folder.read("run.png"))).read_info().unwrap();
     assert_eq!(reader.info().animation_control.unwrap().num_frames, 4);
+    // A frame takes 16.67 ms.
+    reader.next_frame(&mut vec![0; reader.output_buffer_size().unwrap()]).unwrap();
+    assert_eq!(reader.info().frame_control.unwrap().delay_num, 17);
     folder.done("simulate small.toml -o run.vtkhdf --frames 3");
     assert!(folder.at("run.vtkhdf").is_file() && folder.at("run.still.vtkhdf").is_file());
     folder.done("simulate small.toml -o frames/ --frames 2");

@@ -8,7 +8,8 @@ const MAX_FRAMES: usize = 150;
 /// The page of a recording.
 pub fn page(recording: &Recording) -> String {
     let bounds = recording.bounds();
-    let extents = bounds.extents().map(|extent| extent.max(1e-9));
+    // The page computes in f32.
+    let extents = bounds.extents().map(|extent| extent.max(f64::from(f32::MIN_POSITIVE)));
     let pack = |points: &[[f32; 3]]| {
         let pack = |point: &[f32; 3]| -> [u16; 3] {
             std::array::from_fn(|axis| {
@@ -33,13 +34,35 @@ pub fn page(recording: &Recording) -> String {
     // A title may hold what ends a script.
     let head = head.to_string().replace('<', "\\u003c");
     let title = recording.title.replace('&', "&amp;").replace('<', "&lt;");
-    PAGE.replace("%TITLE%", &title)
-        .replace("%HEAD%", &head)
-        .replace("%MOVING%", &base64(&moving))
-        .replace("%FACES%", &indices(recording.faces.as_flattened()))
-        .replace("%EDGES%", &indices(recording.edges.as_flattened()))
-        .replace("%STILL%", &base64(&pack(&recording.still_points)))
-        .replace("%STILLFACES%", &indices(recording.still_faces.as_flattened()))
+    fill(&[
+        ("TITLE", title),
+        ("HEAD", head),
+        ("MOVING", base64(&moving)),
+        ("FACES", indices(recording.faces.as_flattened())),
+        ("EDGES", indices(recording.edges.as_flattened())),
+        ("STILL", base64(&pack(&recording.still_points))),
+        ("STILLFACES", indices(recording.still_faces.as_flattened())),
+    ])
+}
+
+/// The page with each `%NAME%` replaced, in one pass: what is filled in may hold another's name.
+fn fill(values: &[(&str, String)]) -> String {
+    let mut page = String::new();
+    let mut is_name = false;
+    for part in PAGE.split('%') {
+        match values.iter().find(|(name, _)| is_name && *name == part) {
+            Some((_, value)) => {
+                page += value;
+                is_name = false;
+            }
+            None => {
+                page += if is_name { "%" } else { "" };
+                page += part;
+                is_name = true;
+            }
+        }
+    }
+    page
 }
 
 const PAGE: &str = include_str!("page.html");

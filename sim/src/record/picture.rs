@@ -53,7 +53,8 @@ pub fn contact_sheet(recording: &Recording, count: usize, size: usize) -> Vec<u8
     encode([width, height], None, [pixels])
 }
 
-/// The APNG file of at most `count` frames, evenly over the run, each of `size` × `size` pixels; it takes as long as the run.
+/// The APNG file of at most `count` frames, evenly over the run, each of `size` × `size` pixels; it takes as long as the run, with frames of
+/// whole milliseconds, at least 10 and at most 60,000.
 pub fn animation(recording: &Recording, count: usize, size: usize) -> Vec<u8> {
     let stride = recording.frames.len().div_ceil(count.max(1)).max(1);
     let shown = recording.frames.len().div_ceil(stride).max(1);
@@ -66,7 +67,7 @@ pub fn animation(recording: &Recording, count: usize, size: usize) -> Vec<u8> {
         before = drawn;
         image
     });
-    let milliseconds = (1000.0 * stride as f64 / recording.rate).clamp(10.0, 60_000.0) as u16;
+    let milliseconds = (1000.0 * stride as f64 / recording.rate).round().clamp(10.0, 60_000.0) as u16;
     encode([size; 2], Some((shown as u32, milliseconds)), images)
 }
 
@@ -79,7 +80,7 @@ impl Canvas {
             pixels: vec![BACKGROUND; size * size],
             depth: vec![f64::NEG_INFINITY; size * size],
             center: (min + max) * 0.5,
-            scale: 0.96 * size as f64 / (max - min).norm().max(1e-9),
+            scale: 0.96 * size as f64 / (max - min).norm().max(f64::MIN_POSITIVE),
         }
     }
 

@@ -107,12 +107,7 @@ impl Stage {
             let told = |message| format!("{name}: {message}");
             let mesh = rigid.mesh.mesh(folder).map_err(told)?;
             budget.add(&name, &mesh, rigid.count.iter().map(|count| *count as usize).product())?;
-            if let Some((count, [from, to])) = open_edges(&mesh) {
-                return Err(told(format!(
-                    "its mesh is open at {count} edges, one from {from:?} to {to:?}, and its mass is that of a closed one: \
-                     close the mesh, or make it a cloth or an obstacle"
-                )));
-            }
+            check_closed(&mesh).map_err(told)?;
             self.add_rigid(&name, rigid, &mesh, threads, &mut random).map_err(told)?;
         }
         for (number, soft) in (1..).zip(&spec.soft) {
@@ -120,6 +115,7 @@ impl Stage {
             let told = |message| format!("{name}: {message}");
             let mesh = soft.mesh.mesh(folder).map_err(told)?;
             budget.add(&name, &mesh, 1)?;
+            check_closed(&mesh).map_err(told)?;
             // A mesh without points has its message from the bake.
             if !mesh.points.is_empty() {
                 budget.add_cubes(&name, soft::cube_count(&mesh.points, soft.cell, soft.padding))?;
@@ -206,6 +202,10 @@ impl Stage {
         random: &mut Random,
     ) -> Result<(), String> {
         let field = bake(name, mesh, spec.cells, threads, &mut self.warnings)?;
+        let volume = soft::volume(&mesh.points, &mesh.triangles);
+        if !(volume > 0.0 && volume.is_finite()) {
+            return Err(NO_VOLUME.to_owned());
+        }
         let matter = soft::Matter { density: spec.density, young: spec.young, poisson: spec.poisson };
         // A cube whose center is farther than this has no point within the padding.
         let reach = if spec.padding > 0.0 { spec.padding + 0.5 * 3_f64.sqrt() * spec.cell } else { 0.0 };
@@ -257,10 +257,24 @@ impl Pose {
     }
 }
 
+/// Refuses an open mesh for a body with a volume.
+fn check_closed(mesh: &Mesh) -> Result<(), String> {
+    match open_edges(mesh) {
+        None => Ok(()),
+        Some((count, [from, to])) => Err(format!(
+            "its mesh is open at {count} edges, one from {from:?} to {to:?}, and its mass is that of a closed one: \
+             close the mesh, or make it a cloth or an obstacle"
+        )),
+    }
+}
+
+/// Message for a mesh that makes no body.
+const NO_VOLUME: &str = "its mesh encloses no volume: turn its faces outward";
+
 fn why_no_body(spec: &RigidSpec, mesh: &Mesh) -> String {
     match Body::of_mesh(&mesh.points, &mesh.triangles, 1.0) {
         Some(_) => format!("mass = {:e}: its moments of inertia are beyond f64: give a mass nearer to 1", spec.mass),
-        None => "its mesh encloses no volume: turn its faces outward".to_owned(),
+        None => NO_VOLUME.to_owned(),
     }
 }
 

@@ -1,7 +1,7 @@
 //! Are the numbers of a scene such as it can be run with? Each is refused by its key, with what to give instead.
 
 use sdf_core::contact::MAX_REDUCED;
-use sdf_procedural::Bowl;
+use sdf_procedural::{Bowl, Pot};
 
 use super::mesh_spec::MeshSpec;
 use super::run::ElementMethod;
@@ -93,15 +93,39 @@ impl SceneSpec {
         Ok(())
     }
 
-    /// Refuses limits of figures that the scene does not have.
+    /// Refuses limits of figures that the scene does not have, and those that no run can reach.
     fn check_reach(&self) -> Result<(), String> {
-        let Reach { momentum_error, beyond, calm, calm_speed, .. } = &self.reach;
+        let reach = &self.reach;
+        let Reach { momentum_error, beyond, calm, calm_speed, .. } = reach;
         let has_region = self.beyond.is_some_and(|region| region.below.is_some() || region.nearer.is_some());
         if momentum_error.is_some() && self.cloth.iter().any(|cloth| !cloth.pins.is_empty()) {
             return Err("reach: momentum_error: what holds pins is not known: give no limit, or no pins".to_owned());
         }
         if beyond.is_some() && !has_region {
             return Err("reach: beyond: give the region as [beyond], with below or nearer".to_owned());
+        }
+        let at_most = [
+            ("deepest", reach.deepest, 0.0),
+            ("stretch", reach.stretch, 1.0),
+            ("jitter", reach.jitter, 0.0),
+            ("drift", reach.drift, 0.0),
+            ("turn", reach.turn, 0.0),
+            ("energy_gain", reach.energy_gain, 0.0),
+            ("momentum_error", *momentum_error, 0.0),
+            ("calm_speed", *calm_speed, 0.0),
+        ];
+        for (name, limit, lowest) in at_most {
+            if let Some(limit) = limit.filter(|limit| *limit < lowest) {
+                return Err(format!("reach: {name} = {limit}: it is never below {lowest}: give a larger limit"));
+            }
+        }
+        if let Some(least) = reach.volume.filter(|least| *least > 1.0) {
+            return Err(format!("reach: volume = {least}: it is 1 before anything moves: give a smaller limit"));
+        }
+        for (name, share) in [("freed", reach.freed), ("calm", *calm)] {
+            if let Some(share) = share.filter(|share| !(0.0..=1.0).contains(share)) {
+                return Err(format!("reach: {name} = {share}: it is a share of runs: give a number from 0 to 1"));
+            }
         }
         match (calm, calm_speed) {
             (Some(_), None) => Err("reach: calm: give calm_speed, above which a run is not calm".to_owned()),
@@ -132,23 +156,42 @@ impl Vary {
     }
 }
 
-/// Refuses formulas that make no surface, or one that is turned inside out.
+/// Refuses formulas that make no surface, or one that is turned inside out, and counts that they would have to change.
 fn check_mesh(mesh: &MeshSpec) -> Result<(), String> {
     match mesh {
-        MeshSpec::Sheet(sheet) => sheet.size.iter().try_for_each(|size| is_positive("size", *size)),
+        MeshSpec::Sheet(sheet) => {
+            sheet.size.iter().try_for_each(|size| is_positive("size", *size))?;
+            sheet.holes.map_or(Ok(()), |holes| is_at_least("period", holes.period, 1))
+        }
         // All spikes of a ball that is turned inside out cross each other, and take long to tell apart.
         MeshSpec::SpikedBall(ball) => is_positive("radius", ball.radius),
-        MeshSpec::Serpent(serpent) => is_not_negative("spine", serpent.spine),
+        MeshSpec::Serpent(serpent) => {
+            is_at_least("rings", serpent.rings, 4)?;
+            is_at_least("slices", serpent.slices, 4)?;
+            is_at_least("every", serpent.every, 2)?;
+            is_not_negative("spine", serpent.spine)
+        }
         // The radius of a bowl is 1, in the middle of its wall.
         MeshSpec::Bowl(Bowl { thickness, .. }) if !(*thickness > 0.0 && *thickness < 2.0) => {
             Err(format!("thickness = {thickness}: give a number between 0 and 2 for a bowl"))
+        }
+        MeshSpec::Bowl(Bowl { slices, stacks, .. }) | MeshSpec::Pot(Pot { slices, stacks }) => {
+            is_at_least("around", *slices, 3)?;
+            is_at_least("along", *stacks, 3)
         }
         MeshSpec::Cuboid(cuboid) => cuboid.half.iter().try_for_each(|half| is_positive("half", *half)),
         MeshSpec::Rope(rope) => {
             is_positive("length", rope.length)?;
             is_not_negative("radius", rope.radius)
         }
-        MeshSpec::Bowl(_) | MeshSpec::Pot(_) | MeshSpec::File(_) => Ok(()),
+        MeshSpec::File(_) => Ok(()),
+    }
+}
+
+fn is_at_least(name: &str, count: u32, least: u32) -> Result<(), String> {
+    match count >= least {
+        true => Ok(()),
+        false => Err(format!("{name} = {count}: give a whole number of at least {least}")),
     }
 }
 

@@ -18,7 +18,7 @@ pub struct Figures {
     pub deep_faces: usize,
     /// Depth of the deepest of them; 0 if nothing is inside.
     pub deepest: f64,
-    /// Longest distance at the end over its length at rest.
+    /// Longest edge of a sheet, a net or strings at the end over its length at rest; at least 1.
     pub stretch: f64,
     /// Root mean square of displacement · rate of all vertices in the last half unit of time.
     pub jitter: f64,
@@ -73,14 +73,13 @@ impl Figures {
             ("energy_gain", self.energy_gain, reach.energy_gain),
             ("momentum_error", self.momentum_error.unwrap_or(0.0), reach.momentum_error),
             ("beyond", self.beyond as f64, reach.beyond.map(|count| count as f64)),
-            // At least so much.
-            ("volume", -self.volume, reach.volume.map(|least| -least)),
             ("finite", if self.finite { 0.0 } else { 1.0 }, Some(0.0)),
         ];
         let missed = at_most.into_iter().filter_map(|(name, value, limit)| {
-            limit.filter(|limit| value.is_nan() || value > *limit).map(|limit| (name, [value.abs(), limit.abs()]))
+            limit.filter(|limit| value.is_nan() || value > *limit).map(|limit| (name, [value, limit]))
         });
-        missed.collect()
+        let least = reach.volume.filter(|least| self.volume.is_nan() || self.volume < *least);
+        missed.chain(least.map(|least| ("volume", [self.volume, least]))).collect()
     }
 
     /// Reasons why the other figures may say little, a line each.
@@ -146,6 +145,16 @@ impl Figures {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_figure_that_is_missed_has_its_sign() {
+        let reach = Reach { volume: Some(-0.25), energy_gain: Some(0.5), ..Reach::default() };
+        let figures = |volume| Figures { finite: true, volume, energy_gain: 1.0, ..Figures::default() };
+        let missed = BTreeMap::from([("energy_gain", [1.0, 0.5])]);
+        assert_eq!(figures(-0.125).missed(&reach), missed);
+        assert_eq!(figures(-0.5).missed(&reach)["volume"], [-0.5, -0.25]);
+        assert!(figures(f64::NAN).missed(&reach)["volume"][0].is_nan());
+    }
 
     #[test]
     fn energy_from_nothing_is_a_gain_of_one() {

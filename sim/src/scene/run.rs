@@ -1,12 +1,11 @@
 //! Runs a scene frame by frame, and measures it.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::time::Instant;
 
 use sdf_core::cage::CageMap;
 use sdf_core::combine::Shell;
-use sdf_core::contact::Contact;
 use sdf_core::{Aabb, AnyField};
 use sdf_field::{Field, Method, QueryError, Threads};
 
@@ -14,6 +13,7 @@ use super::build::Stage;
 use super::figures::Figures;
 use super::separate::Separations;
 use super::spec::SceneSpec;
+use super::touching::Touching;
 use crate::caged::{CageAtRest, CageRoom, CagedBody};
 use crate::motion::Motion;
 use crate::obstacle::{Carried, Moving, Obstacle};
@@ -99,16 +99,11 @@ struct Run<'a> {
     query: Query,
     only_vertices: bool,
     contacts: Contacts,
-    /// Pairs that touch: numbers of two surfaces, or of a surface and, after all of those, an obstacle.
-    pairs: BTreeSet<[usize; 2]>,
+    touching: Touching,
     /// Knowledge of each surface and each obstacle; those of rigid bodies come after those that stand still.
     memories: BTreeMap<(usize, usize), Memory>,
     /// The obstacles as surfaces without an inside, where the method sees no more.
     hulls: Vec<Field>,
-    /// Normals of the contacts that press, by surface, obstacle and key.
-    normals: BTreeMap<(usize, usize, u64), V3>,
-    /// The largest turn of one of them since the last frame, in degrees.
-    turned: f64,
     figures: Figures,
     start: World,
     energy: [f64; 3],
@@ -146,11 +141,9 @@ impl<'a> Run<'a> {
             query,
             only_vertices: !method.faces,
             contacts: Contacts::default(),
-            pairs: BTreeSet::new(),
+            touching: Touching::new((1.0 + HOLD) * spec.thickness + 1e-9),
             memories: BTreeMap::new(),
             hulls,
-            normals: BTreeMap::new(),
-            turned: 0.0,
             figures: Figures {
                 finite: true,
                 volume: stage.world.min_volume_ratio(),
@@ -177,16 +170,16 @@ impl<'a> Run<'a> {
             false => Motion::of(&stage.world, 1.0 / self.spec.rate),
         };
         self.contacts.clear();
-        self.pairs.clear();
+        self.touching.begin();
         let Stage { world, surfaces, obstacles, animations, fields, time, .. } = stage;
         let moments: Vec<[Field; 2]> =
             animations.iter().map(|shape| [*time, *time + 1.0 / self.spec.rate].map(|time| shape.at(time))).collect();
         let boxes: Vec<Option<Aabb>> =
             surfaces.iter().map(|surface| reached_box(surface, world, &motion, self.query.thickness)).collect();
-        let mut normals = BTreeMap::new();
         for (index, surface) in surfaces.iter().enumerate() {
             let query = Query { elements: elements(&self.query, self.only_vertices, surface), ..self.query };
             let obstacles = if self.hulls.is_empty() { &*obstacles } else { &self.hulls };
+            let changing = surfaces.len() + obstacles.len();
             for (number, obstacle) in obstacles.iter().enumerate() {
                 let sides = &mut self.sides[index];
                 let memory = self.memories.entry((index, number)).or_default();
@@ -200,15 +193,14 @@ impl<'a> Run<'a> {
                         choose_sides(found, surface, &surface.points(world), self.spec.thickness, sides);
                     }
                 })?;
-                let pressing = |contact: &&Contact<f64>| contact.distance <= (1.0 + HOLD) * self.spec.thickness + 1e-9;
-                let new = self.contacts.contacts[first..].iter().filter(pressing);
-                self.pairs.extend((self.contacts.contacts.len() > first).then_some([index, surfaces.len() + number]));
-                normals.extend(new.map(|contact| ((index, number, contact.key()), contact.normal)));
+                self.touching.add(index, surfaces.len() + number, &self.contacts.contacts[first..]);
             }
-            for (shape, [now, later]) in animations.iter().zip(&moments) {
+            for (number, (shape, [now, later])) in (changing..).zip(animations.iter().zip(&moments)) {
                 let obstacle = Moving { now, later, time: 1.0 / self.spec.rate };
                 let motion = motion.toward(shape.max_speed());
+                let first = self.contacts.contacts.len();
                 query.find(&obstacle, surface, world, &motion, &mut self.contacts)?;
+                self.touching.add(index, number, &self.contacts.contacts[first..]);
             }
             let mine = body_of(surface);
             for (number, (other, other_box)) in surfaces.iter().zip(&boxes).enumerate() {
@@ -220,23 +212,23 @@ impl<'a> Run<'a> {
                     let first = self.contacts.contacts.len();
                     let motion = motion.toward(other.max_speed(world));
                     query.find_again(&obstacle, surface, world, &motion, memory, &mut self.contacts)?;
-                    let pair = [index.min(number), index.max(number)];
-                    self.pairs.extend((self.contacts.contacts.len() > first).then_some(pair));
+                    self.touching.add(index, number, &self.contacts.contacts[first..]);
                     let field = &fields[id as usize];
                     self.separations.take([index, number], surfaces, world, field, &mut self.contacts, first);
                 }
             }
         }
         self.separations.push(surfaces, world, &mut self.contacts);
-        let turn = |(key, now): (&_, &V3)| self.normals.get(key).map_or(0.0, |then| angle(then, now));
-        self.turned = normals.iter().map(turn).fold(0.0, f64::max);
-        self.normals = normals;
         for (cage, rest) in &self.cages {
             let motion = motion.toward(cage.max_speed(world));
             let found = cage.with_obstacle(rest, world, &mut self.cage_room, |obstacle| {
-                surfaces.iter().filter(|surface| !is_skin(surface, cage)).try_for_each(|surface| {
+                let skin = surfaces.iter().position(|surface| is_skin(surface, cage)).unwrap_or(surfaces.len());
+                surfaces.iter().enumerate().filter(|(index, _)| *index != skin).try_for_each(|(index, surface)| {
                     let query = Query { elements: elements(&self.query, self.only_vertices, surface), ..self.query };
-                    query.find(obstacle, surface, world, &motion, &mut self.contacts)
+                    let first = self.contacts.contacts.len();
+                    query.find(obstacle, surface, world, &motion, &mut self.contacts)?;
+                    self.touching.add(index, skin, &self.contacts.contacts[first..]);
+                    Ok(())
                 })
             });
             found.transpose()?;
@@ -270,7 +262,7 @@ impl<'a> Run<'a> {
             } else {
                 self.squares.0 += points.iter().zip(&self.before).map(|(a, b)| distance_sq(a, b)).sum::<f64>();
                 self.squares.1 += points.len();
-                figures.turn = figures.turn.max(self.turned);
+                figures.turn = figures.turn.max(self.touching.turned());
             }
             self.before = points;
         }
@@ -333,7 +325,8 @@ impl<'a> Run<'a> {
         }
         let points: Vec<_> = stage.surfaces.iter().flat_map(|surface| surface.points(world)).collect();
         let figures = &mut self.figures;
-        figures.stretch = world.max_stretch();
+        let stretches = stage.surfaces.iter().map(|surface| surface.max_stretch(world, &self.start));
+        figures.stretch = stretches.fold(1.0, f64::max);
         figures.jitter = self.spec.rate * (self.squares.0 / self.squares.1.max(1) as f64).sqrt();
         figures.drift = self.settled.iter().zip(&points).map(|(a, b)| distance_sq(a, b).sqrt()).fold(0.0, f64::max);
         figures.energy_gain = Figures::energy_gain(self.energy, self.start.kinetic_energy());
@@ -350,7 +343,7 @@ impl<'a> Run<'a> {
             figures.beyond = points.iter().filter(is_beyond).count();
         }
         figures.contacts = self.contacts.contacts.len();
-        figures.pairs = self.pairs.len();
+        figures.pairs = self.touching.pair_count();
         figures.elements = [self.contacts.element_count, self.contacts.searched_count];
         Ok(self.figures)
     }
@@ -385,11 +378,6 @@ fn body_of(surface: &Surface) -> Option<u32> {
 fn reached_box(surface: &Surface, world: &World, motion: &Motion, thickness: f64) -> Option<Aabb> {
     let reach = thickness + surface.max_speed(world) * motion.time + motion.fall;
     surface.bounds(world).map(|bounds| bounds.inflate(reach))
-}
-
-/// Degrees between two unit vectors.
-fn angle(a: &V3, b: &V3) -> f64 {
-    a.cross(b).norm().atan2(a.dot(b)).to_degrees()
 }
 
 fn distance_sq(a: &[f64; 3], b: &[f64; 3]) -> f64 {

@@ -40,7 +40,7 @@ pub struct SceneSpec {
     /// Speed at which overlaps are undone.
     #[serde(default = "one")]
     pub recovery: f64,
-    /// Share of its speed that everything loses per unit of time.
+    /// Rate at which everything loses speed: in the time t about the share 1 − exp(−drag · t).
     #[serde(default)]
     pub drag: f64,
     /// Time of the dashpots beside all distances; 0 for none.
@@ -194,7 +194,7 @@ pub struct SoftSpec {
     pub start: Start,
     /// Side of the cubes that are cut into tetrahedra.
     pub cell: f64,
-    /// Mass per volume.
+    /// Mass per volume of the mesh.
     pub density: f64,
     /// Young's modulus.
     pub young: f64,
@@ -315,26 +315,5 @@ impl From<CageMapSpec> for CageMap {
             CageMapSpec::Exact => Self::Exact,
             CageMapSpec::Frozen => Self::Frozen,
         }
-    }
-}
-
-impl SceneSpec {
-    /// An eighth of the work: half of the frames and half of the cells of every mesh along each side.
-    pub fn shrink(&mut self) {
-        self.frames = self.frames.div_ceil(2);
-        let meshes = self
-            .cloth
-            .iter_mut()
-            .map(|cloth| &mut cloth.mesh)
-            .chain(self.rigid.iter_mut().map(|rigid| &mut rigid.mesh));
-        for mesh in meshes {
-            match mesh {
-                MeshSpec::Sheet(sheet) => sheet.cells = sheet.cells.map(|cells| cells.div_ceil(2)),
-                MeshSpec::Bowl(bowl) => (bowl.slices, bowl.stacks) = (bowl.slices.div_ceil(2), bowl.stacks.div_ceil(2)),
-                MeshSpec::Rope(rope) => (rope.strands, rope.edges) = (rope.strands.div_ceil(2), rope.edges.div_ceil(2)),
-                _ => {}
-            }
-        }
-        self.obstacle.iter_mut().for_each(|obstacle| obstacle.cells = obstacle.cells.div_ceil(2));
     }
 }

@@ -49,16 +49,4 @@ impl World {
         self.v[a] += push * weight_a;
         self.v[b] -= push * weight_b;
     }
-
-    /// The most that a distance exceeds its rest length, as a ratio, of those that are as stiff as the stiffest: the edges of a sheet, not
-    /// what resists bending. 1 where there is none.
-    pub fn max_stretch(&self) -> f64 {
-        let stiffest = self.stretches.iter().map(|stretch| stretch.compliance).fold(f64::INFINITY, f64::min);
-        let stiff = self.stretches.iter().filter(|stretch| stretch.rest > 0.0 && stretch.compliance <= stiffest);
-        let ratios = stiff.map(|stretch| {
-            let [a, b] = stretch.ends.map(|end| self.x[end as usize]);
-            (b - a).norm() / stretch.rest
-        });
-        ratios.fold(1.0, f64::max)
-    }
 }

@@ -1,14 +1,17 @@
 //! Laws of the simulator: free motion, sliding and rolling friction, walls, sheets at rest, stiff, entangled or split ones, soft
 //! bodies, also those that carry a sheet, two bodies exchanged, rigid surfaces that are remembered, overlaps undone, boxes that stand
-//! on each other, messages of scenes.
+//! on each other, messages of scenes and refusals, figures, recordings.
 
 mod caged;
 mod contacts;
 mod entangled;
+mod figures;
 mod messages;
 mod motion;
+mod recordings;
 mod recovery;
 mod reduce;
+mod refusals;
 mod rigid_memory;
 mod rolling;
 mod seams;

@@ -76,7 +76,7 @@ fn a_pendulum_keeps_its_energy_within_one_percent() {
         lowest = lowest.min(world.x[1].z);
     });
     assert!(worst < 0.01, "energy off by {worst} of what it swings through");
-    assert!(lowest < -0.999 && world.max_stretch() < 1.001);
+    assert!(lowest < -0.999 && (world.x[1] - world.x[0]).norm() < 1.001);
 }
 
 #[test]

@@ -1,0 +1,75 @@
+//! Figures of a run: how far sheets stretch, what touches, and how far normals turn.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use sdf_field::Threads;
+use sdf_sim::scene::{self, Figures, Stage};
+
+use crate::V3;
+
+/// Runs a scene of these tables; its figures, and the stage before and after.
+fn measured(tables: &str) -> (Figures, [Stage; 2]) {
+    let spec = scene::parse(&format!("title = \"all\"\n{tables}"), "my.toml").unwrap();
+    let mut stage = Stage::build(&spec, Path::new("."), Threads::ONE).unwrap();
+    let start = stage.clone();
+    let each = |_: u32, _: &Stage| ControlFlow::Continue(());
+    let figures = scene::run(&spec, &mut stage, "auto".parse().unwrap(), Threads::ONE, each).unwrap();
+    (figures, [start, stage])
+}
+
+/// The second sheet gives way along its edges more than the first, and the third more than across them.
+#[test]
+fn stretch_is_the_longest_edge_of_every_sheet() {
+    let sheet = "[[cloth]]\nmesh.sheet = { cells = [6, 6], size = [1.0, 1.0], height = 0.0, bend = 0.0, floor = 0.0 }\npins = [0, 6]\n";
+    let fabrics = ["", "stretch = 1e-2\nbend = 1.0\n", "stretch = 2e-2\nbend = 1e-3\n"];
+    let alone = fabrics.map(|fabric| {
+        let (figures, [start, end]) = measured(&format!("frames = 90\ndrag = 2.0\n{sheet}{fabric}"));
+        let [rest, now] = [start, end].map(|stage| {
+            let points = stage.surfaces[0].points(&stage.world);
+            let length = |[a, b]: &[u32; 2]| (V3::from(points[*a as usize]) - V3::from(points[*b as usize])).norm();
+            stage.surfaces[0].edges.iter().map(length).collect::<Vec<f64>>()
+        });
+        let longest = rest.iter().zip(&now).map(|(rest, now)| now / rest).fold(1.0, f64::max);
+        assert!((figures.stretch - longest).abs() < 1e-12, "{fabric}: {} and not {longest}", figures.stretch);
+        longest
+    });
+    assert!(alone[1] > alone[0] + 0.05 && alone[2] > alone[0] + 0.05, "{alone:?}");
+    let apart = |index: usize| format!("start.translate = [{}.0, 0.0, 0.0]\n", 3 * index);
+    let all: String = (0..3).map(|index| format!("{sheet}{}{}", fabrics[index], apart(index))).collect();
+    let (figures, _) = measured(&format!("frames = 90\ndrag = 2.0\n{all}"));
+    let most = alone.into_iter().fold(1.0, f64::max);
+    assert!((figures.stretch - most).abs() < 1e-12, "{} and not {most}", figures.stretch);
+}
+
+/// A sheet that lies on the middle of a changing ball, of a soft box, and of both.
+#[test]
+fn what_changes_and_what_is_soft_counts_among_pairs_that_touch() {
+    let sheet =
+        "[[cloth]]\nmesh.sheet = { cells = [4, 4], size = [0.4, 0.4], height = 0.105, bend = 0.0, floor = 0.0 }\n";
+    let ball = "[[obstacle]]\nshape = 'field = { shape = \"sphere\", radius = 0.1 }'\n\
+                becomes = 'field = { shape = \"sphere\", radius = 0.11 }'\n";
+    let soft = "[[soft]]\nmesh.cuboid = { half = [0.1, 0.1, 0.1] }\ncell = 0.1\ndensity = 1e3\nyoung = 1e6\npoisson = 0.3\n\
+                touched = \"exact\"\n";
+    let floor = "[[obstacle]]\nshape = 'field = { shape = \"half_space\", normal = [0.0, 0.0, 1.0], offset = -9.0 }'\n";
+    let shared = "thickness = 0.01\n";
+    for (others, pairs) in [("".to_owned(), 0), (ball.to_owned(), 1), (soft.to_owned(), 1)] {
+        // In the frame after, it has left.
+        let still = format!("frames = 1\n{shared}gravity = [0.0, 0.0, 0.0]\n{sheet}{others}{floor}");
+        assert_eq!(measured(&still).0.pairs, pairs, "{others}");
+    }
+    // The sheet bends over the ball.
+    let (figures, _) = measured(&format!("frames = 20\n{shared}{sheet}{ball}"));
+    assert!(figures.turn > 0.01, "{}", figures.turn);
+}
+
+/// Two boxes that touch turn as one, by 0.48 degrees in a frame.
+#[test]
+fn normals_between_rigid_bodies_turn_too() {
+    let boxes = "[[rigid]]\nmesh.cuboid = { half = [0.2, 0.2, 0.2] }\nstart.spin = [0.5, 0.0, 0.0]\n[[rigid]]\n\
+                 mesh.cuboid = { half = [0.1, 0.1, 0.1] }\nstart = { translate = [0.0, 0.0, 0.31], spin = [0.5, 0.0, 0.0], \
+                 velocity = [0.0, -0.155, 0.0] }\n";
+    let (figures, _) = measured(&format!("frames = 3\nthickness = 0.01\ngravity = [0.0, 0.0, 0.0]\n{boxes}"));
+    assert_eq!(figures.pairs, 1);
+    assert!((0.4..0.6).contains(&figures.turn), "{}", figures.turn);
+}

@@ -1,0 +1,120 @@
+//! Recordings: floors are drawn where the run takes place, nothing depends on the unit or on words of a title, and thin walls are warned of.
+
+use std::path::Path;
+
+use sdf_field::Threads;
+use sdf_sim::record::{self, Recording};
+use sdf_sim::scene::{self, Stage};
+
+use crate::V3;
+
+fn stage(tables: &str) -> Stage {
+    let spec = scene::parse(&format!("title = \"all\"\nframes = 1\n{tables}"), "my.toml").unwrap();
+    Stage::build(&spec, Path::new("."), Threads::ONE).unwrap()
+}
+
+fn box_over_floor(offset: f64) -> Stage {
+    stage(&format!(
+        "[[rigid]]\nmesh.cuboid = {{ half = [0.1, 0.1, 0.1] }}\n[[obstacle]]\nshape = 'field = {{ shape = \"half_space\", \
+         normal = [0.0, 0.0, 1.0], offset = {offset:?} }}'\n"
+    ))
+}
+
+/// Is all of what stands still at this height, and does it reach beyond a box about x on all sides?
+fn is_floor(recording: &Recording, x: f32, height: f32) -> bool {
+    let points = &recording.still_points;
+    let beyond = |x: f32, axis: usize, way: f32| points.iter().any(|point| (point[axis] - x) * way > 0.1);
+    !recording.still_faces.is_empty()
+        && recording.still_faces.iter().flatten().all(|vertex| (*vertex as usize) < points.len())
+        && points.iter().all(|point| (point[2] - height).abs() < 1e-5 * height.abs())
+        && [1.0, -1.0].iter().all(|way| beyond(x, 0, *way) && beyond(0.0, 1, *way))
+}
+
+#[test]
+fn a_floor_is_drawn_far_below_the_start_and_wherever_the_run_gets() {
+    let mut stage = box_over_floor(-1.5);
+    let mut recording = Recording::new("all", 60.0, &stage, 24);
+    assert!(is_floor(&recording, 0.0, -1.5), "{:?}", recording.still_points);
+    recording.push(&stage);
+    assert!(recording.bounds().min[2] < -1.49);
+    for x in [3.0, 500.0] {
+        stage.world.bodies[0].position = V3::new(x, 0.0, -1.3);
+        recording.push(&stage);
+        assert!(is_floor(&recording, x as f32, -1.5), "at {x}: {:?}", recording.bounds());
+    }
+    // What explodes takes no floor along.
+    stage.world.bodies[0].position = V3::new(1e9, 0.0, 0.0);
+    recording.push(&stage);
+    assert!(recording.bounds().max[0] < 1e4, "{:?}", recording.bounds());
+
+    // One so far below that the body would be a dot: once the run is there.
+    let mut stage = box_over_floor(-100.0);
+    let mut recording = Recording::new("all", 60.0, &stage, 24);
+    recording.push(&stage);
+    assert!(recording.still_faces.is_empty() && recording.bounds().longest_side() < 0.3, "{:?}", recording.bounds());
+    stage.world.bodies[0].position = V3::new(0.0, 0.0, -99.9);
+    recording.push(&stage);
+    assert!(is_floor(&recording, 0.0, -100.0), "{:?}", recording.bounds());
+}
+
+#[test]
+fn a_recording_is_the_same_picture_in_any_unit() {
+    let recorded = |unit: f64| {
+        let at = |x: f64| x * unit;
+        let [a, b, c, d] = [0.1, 0.2, 0.3, 0.5].map(at);
+        let stage = stage(&format!(
+            "[[rigid]]\nmesh.cuboid = {{ half = [{a:?}, {b:?}, {a:?}] }}\nstart.translate = [0.0, 0.0, {d:?}]\n\
+             [[obstacle]]\nshape = 'field = {{ shape = \"sphere\", radius = {b:?} }}'\n\
+             [[obstacle]]\nshape = 'field = {{ shape = \"sphere\", radius = {b:?} }}'\ntranslate = [{d:?}, 0.0, 0.0]\n\
+             becomes = 'field = {{ shape = \"sphere\", radius = {c:?} }}'\n\
+             [[obstacle]]\nshape = 'field = {{ shape = \"half_space\", normal = [0.0, 0.0, 1.0], offset = -{c:?} }}'\n"
+        ));
+        let mut recording = Recording::new("all", 60.0, &stage, 24);
+        recording.push(&stage);
+        recording
+    };
+    let pages = |recording: &Recording| {
+        let page = record::page(recording);
+        let points = page.lines().filter(|line| line.starts_with("const moving") || line.starts_with("const still"));
+        points.map(str::to_owned).collect::<Vec<_>>()
+    };
+    let one = recorded(1.0);
+    assert_eq!(pages(&one).len(), 3);
+    // About 1e-12 and 1e9, exactly.
+    for power in [-40, 30] {
+        let other = recorded(2.0_f64.powi(power));
+        assert_eq!(other.bounds().extents(), one.bounds().extents().map(|x| x * 2.0_f64.powi(power)), "{power}");
+        assert!(pages(&other) == pages(&one), "{power}: other points");
+        assert!(record::contact_sheet(&other, 1, 64) == record::contact_sheet(&one, 1, 64), "{power}: another picture");
+    }
+}
+
+#[test]
+fn what_a_title_holds_is_not_filled_in() {
+    let title = "5 % of %FACES%, %TITLE% and %HEAD%";
+    let mut recording = Recording::new(title, 60.0, &box_over_floor(-0.2), 8);
+    recording.push(&box_over_floor(-0.2));
+    let page = record::page(&recording);
+    assert!(page.contains(&format!("<title>{title}</title>")), "{}", page.lines().nth(4).unwrap());
+    let head = page.lines().find_map(|line| line.strip_prefix("const head = ")?.strip_suffix(';')).unwrap();
+    let head: serde_json::Value = serde_json::from_str(head).unwrap();
+    assert_eq!(head["title"], title);
+    assert!(!page.contains("%MOVING%") && !page.contains("%STILLFACES%"));
+}
+
+#[test]
+fn an_obstacle_thinner_than_a_cell_is_warned_of() {
+    let warnings = |half: f64| {
+        let stage = stage(&format!(
+            "[[rigid]]\nmesh.cuboid = {{ half = [0.1, 0.1, 0.1] }}\n[[obstacle]]\nshape = 'field = {{ shape = \"box\", \
+             half_extents = [1.0, 1.0, {half:?}], pose = {{ rotation = [0.1, 0.0, 0.0, 1.0] }} }}'\n"
+        ));
+        Recording::new("all", 60.0, &stage, 40).warnings
+    };
+    // A cell is about 0.05.
+    for thin in [0.002, 0.01] {
+        let [warning] = &warnings(thin)[..] else { panic!("{thin}: one warning") };
+        assert!(warning.contains("thinner than a cell of 5") && warning.lines().count() == 1, "{warning}");
+    }
+    assert_eq!(warnings(0.1), [""; 0]);
+}

@@ -1,0 +1,134 @@
+//! Scenes that are refused before anything moves, and what `--small` makes of their pins.
+
+use std::path::Path;
+
+use sdf_field::Threads;
+use sdf_sim::scene::{self, SceneError, SceneSpec, Stage};
+
+const HEAD: &str = "title = \"all\"\nframes = 1\n";
+
+fn parsed(tables: &str) -> Result<SceneSpec, SceneError> {
+    scene::parse(&format!("{HEAD}{tables}"), "my.toml")
+}
+
+#[test]
+fn a_scene_of_more_than_a_mebibyte_is_refused_whole() {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("long.toml");
+    // Cut off, it would be a scene too.
+    let padded = |length: usize| HEAD.to_owned() + &"#".repeat(length - HEAD.len() - 1) + "\n";
+    std::fs::write(&path, padded(1 << 20)).unwrap();
+    assert!(scene::read(&path).is_ok());
+    std::fs::write(&path, padded((1 << 20) + 1)).unwrap();
+    let refused = scene::read(&path).unwrap_err().to_string();
+    assert_eq!(refused, format!("{}: a scene has at most 1048576 bytes (1 MiB): shorten it", path.display()));
+    std::fs::write(&path, b"title = \"\xff\"").unwrap();
+    let refused = scene::read(&path).unwrap_err().to_string();
+    assert!(refused.contains("it is not a text: invalid utf-8"), "{refused}");
+}
+
+#[test]
+fn limits_that_no_run_reaches_are_refused_by_their_key() {
+    for (limit, wanted) in [
+        ("deepest = -0.1", "reach: deepest = -0.1: it is never below 0: give a larger limit"),
+        ("stretch = 0.9", "reach: stretch = 0.9: it is never below 1: give a larger limit"),
+        ("jitter = -1.0", "reach: jitter = -1: it is never below 0"),
+        ("drift = -1.0", "reach: drift = -1: it is never below 0"),
+        ("turn = -1.0", "reach: turn = -1: it is never below 0"),
+        ("energy_gain = -1.0", "reach: energy_gain = -1: it is never below 0"),
+        ("momentum_error = -1.0", "reach: momentum_error = -1: it is never below 0"),
+        ("volume = 1.5", "reach: volume = 1.5: it is 1 before anything moves: give a smaller limit"),
+        ("freed = 1.5", "reach: freed = 1.5: it is a share of runs: give a number from 0 to 1"),
+        ("freed = -0.5", "reach: freed = -0.5: it is a share of runs"),
+        ("calm = 90.0, calm_speed = 1.0", "reach: calm = 90: it is a share of runs"),
+        ("calm = 0.9, calm_speed = -1.0", "reach: calm_speed = -1: it is never below 0"),
+    ] {
+        let refused = parsed(&format!("reach = {{ {limit} }}\n")).unwrap_err().to_string();
+        assert!(refused.starts_with("my.toml: ") && refused.contains(wanted), "{limit}: {refused}");
+    }
+    for limit in ["deepest = 0.0", "stretch = 1.0", "volume = 1.0", "volume = -0.5", "freed = 1.0", "energy_gain = 0.0"]
+    {
+        assert!(parsed(&format!("reach = {{ {limit} }}\n")).is_ok(), "{limit}");
+    }
+}
+
+#[test]
+fn counts_below_those_of_the_document_are_refused_by_their_key() {
+    let meshes = [
+        ("serpent = { rings = 4, slices = 4, spine = 0.1, every = 2 }", vec!["rings", "slices", "every"]),
+        ("bowl = { around = 3, along = 3, thickness = 0.2 }", vec!["around", "along"]),
+        ("pot = { around = 3, along = 3 }", vec!["around", "along"]),
+    ];
+    for (mesh, keys) in meshes {
+        assert!(parsed(&format!("[[rigid]]\nmesh.{mesh}\n")).is_ok(), "{mesh}");
+        for key in keys {
+            let (before, after) = mesh.split_once(&format!("{key} = ")).unwrap();
+            let least: u32 = after[..1].parse().unwrap();
+            let refused = parsed(&format!("[[rigid]]\nmesh.{before}{key} = {}{}\n", least - 1, &after[1..]));
+            let wanted = format!("my.toml: {key} = {}: give a whole number of at least {least}", least - 1);
+            assert_eq!(refused.unwrap_err().to_string(), wanted, "{mesh}");
+        }
+    }
+    let net = "[[cloth]]\nmesh.sheet = { cells = [2, 2], size = [1.0, 1.0], height = 9.0, bend = 0.0, floor = 0.0, \
+               holes = { period = 0, strand = 1 } }\n";
+    assert_eq!(parsed(net).unwrap_err().to_string(), "my.toml: period = 0: give a whole number of at least 1");
+}
+
+#[test]
+fn a_soft_body_of_an_open_or_inverted_mesh_is_refused() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    let points = "v 0 0 1\nv 1 0 1\nv 0 1 1\nv 0 0 2\n";
+    let refused = |faces: &str| {
+        std::fs::write(folder.join("soft.obj"), format!("{points}{faces}")).unwrap();
+        let soft = "[[soft]]\nmesh.file = \"soft.obj\"\ncell = 0.5\ndensity = 1.0\nyoung = 1.0\npoisson = 0.3\n";
+        Stage::build(&parsed(soft).unwrap(), folder, Threads::ONE)
+            .map_or_else(|error| error.to_string(), |_| String::new())
+    };
+    assert_eq!(refused("f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"), "");
+    let open = refused("f 1 3 2\nf 1 2 4\nf 1 4 3\n");
+    assert!(open.starts_with("my.toml: soft 1: its mesh is open at 3 edges, one from ["), "{open}");
+    let inverted = refused("f 1 2 3\nf 1 4 2\nf 1 3 4\nf 2 4 3\n");
+    assert_eq!(inverted, "my.toml: soft 1: its mesh encloses no volume: turn its faces outward");
+}
+
+#[test]
+fn the_pins_of_a_smaller_scene_are_at_the_same_places() {
+    let small = |mesh: &str, pins: &[u32]| {
+        let mut spec = parsed(&format!("[[cloth]]\nmesh.{mesh}\npins = {pins:?}\n")).unwrap();
+        let points = |spec: &SceneSpec| {
+            let stage = Stage::build(spec, Path::new("."), Threads::ONE).map_err(|error| error.to_string())?;
+            Ok::<_, String>(stage.surfaces[0].points(&stage.world))
+        };
+        let before = points(&spec);
+        spec.shrink();
+        let after = points(&spec);
+        (spec.cloth[0].pins.clone(), before, after)
+    };
+    let sheet = |cells: u32, more: &str| {
+        format!(
+            "sheet = {{ cells = [{cells}, {cells}], size = [1.0, 1.0], height = 0.0, bend = 0.0, floor = 0.0{more} }}"
+        )
+    };
+    let rope = "rope = { strands = 1, edges = 9, length = 1.0, radius = 0.0, turns = 0.0, height = 0.0, bend = 0.0 }";
+    for (mesh, pins, wanted) in [
+        (sheet(10, ""), vec![0, 10, 60, 110, 120], vec![0, 5, 14, 30, 35]),
+        (sheet(9, ""), vec![0, 9, 90, 99], vec![0, 5, 30, 35]),
+        // All corners but one of a net, which has points missing.
+        (sheet(8, ", holes = { period = 4, strand = 1 }"), vec![0, 8], vec![0, 4]),
+        (rope.to_owned(), vec![0, 9], vec![0, 5]),
+    ] {
+        let (pins_after, before, after) = small(&mesh, &pins);
+        let (before, after) = (before.unwrap(), after.unwrap());
+        assert_eq!(pins_after, wanted, "{mesh}");
+        for (old, new) in pins.iter().zip(pins_after).filter(|(old, _)| **old != 60) {
+            assert_eq!(before[*old as usize], after[new as usize], "{mesh}");
+        }
+    }
+    // One that is not there is refused as before.
+    let (_, before, after) = small(&sheet(10, ""), &[121]);
+    assert!(
+        before.unwrap_err().contains("no vertex 121 to pin") && after.unwrap_err().contains("no vertex 121 to pin")
+    );
+    let mut bowl = parsed("[[rigid]]\nmesh.bowl = { around = 4, along = 3, thickness = 0.2 }\ncells = 8\n").unwrap();
+    bowl.shrink();
+    assert!(Stage::build(&bowl, Path::new("."), Threads::ONE).is_ok());
+}
