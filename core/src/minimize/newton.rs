@@ -11,7 +11,7 @@ use core::array::from_fn;
 use super::curvature::Curvature;
 use super::cuts::{Candidate, CutBundle, Tangent};
 use super::descent_state::DescentState;
-use super::{Minimizer, Minimum};
+use super::{Minimizer, Minimum, reference_length};
 use crate::number::{Mask, Real};
 use crate::simplex::corner_weights;
 use crate::{EnclosedSdf, Simplex};
@@ -40,9 +40,10 @@ use crate::{EnclosedSdf, Simplex};
 pub struct Newton {
     /// Largest number of steps, of one evaluation each.
     pub iterations: u32,
-    /// Converged when φ(x) − min c, with no plane contradicted, is at most this fraction of longest edge · slope bound.
-    /// On a convex field that is a proof, to within rounding. On others nothing is proven: of converged ends one in a
-    /// hundred had a lower value nearby, a thousandth of the path to some corner.
+    /// Converged when φ(x) − min c, with no plane contradicted, is at most this fraction of slope bound · l, where l is the
+    /// longest edge, or the size of the surface if that is shorter ([`Sdf::extent`](crate::Sdf::extent)). On a convex field that is
+    /// a proof, to within rounding. On others nothing is proven: of converged ends one in a hundred had a lower value nearby, a
+    /// thousandth of the path to some corner.
     pub tolerance: f64,
 }
 
@@ -66,7 +67,8 @@ impl<const N: usize> Minimizer<N> for Newton {
         for corner in 1..N {
             corners[corner] = Tangent::new(simplex, &state.evaluate_corner(corner));
         }
-        let tolerance = simplex.longest_edge() * (field.slope_bound_as::<R>() * R::from_f64(self.tolerance));
+        let tolerance = reference_length(field, simplex.longest_edge())
+            * (field.slope_bound_as::<R>() * R::from_f64(self.tolerance));
         let mut model = Model::new(&corners, first);
         let (mut active, mut converged) = (!R::Mask::NONE, R::Mask::NONE);
         for _ in 0..self.iterations {
