@@ -269,7 +269,9 @@ fn sparse_baker<'a>(
     let slot_bytes = streamed_slot_bytes(distance);
     let lattice = lattice(options, &distance.bounds(), spacing, slot_bytes, memory)?;
     let band = f64::from(options.band) * lattice.spacing();
-    Ok(SparseBaker::new(distance, &lattice, band).certified(options.certify))
+    let baker =
+        SparseBaker::new(distance, &lattice, band).map_err(|_| BakeError::BandOutOfRange { band: options.band })?;
+    Ok(baker.certified(options.certify))
 }
 
 fn bake_bricks(

@@ -28,7 +28,7 @@ fn bake_sparse((points, faces): &Mesh) -> AnyField {
     let mesh = TriangleMesh::new(points, faces).unwrap();
     let lattice = lattice_around(&mesh.bounds(), SPACING, 4).unwrap();
     let (distance, band) = (MeshDistance::new(&mesh, None), 3.0 * SPACING);
-    sparse::bake::<u16>(&distance, &lattice, band, &|_| ()).into_grid(&lattice, band).grid.into()
+    sparse::bake::<u16>(&distance, &lattice, band, &|_| ()).unwrap().into_grid(&lattice, band).grid.into()
 }
 
 fn scaled((points, faces): (Vec<Vector>, Vec<[u32; 3]>), scale: Vector) -> Mesh {
