@@ -31,7 +31,7 @@ pub struct DenseGrid {
     pub slope_bound: f64,
     /// Largest difference of the interpolant from the signed distance anywhere in the grid's box.
     pub error_bound: f64,
-    /// See [`Grid::with_inside_at_box`](sdf_core::grid::Grid::with_inside_at_box).
+    /// See [`Grid::with_inside_at_box`](sdf_core::grid::Grid::with_inside_at_box). Also true if the box does not hold the whole mesh.
     pub inside_reaches_box: bool,
 }
 
@@ -89,7 +89,8 @@ pub fn lattice_around(bounds: &Aabb, spacing: f64, padding: u32) -> Option<Latti
 /// fill's values, two queues for 8 × 8 rows, and the winding number's slopes around them.
 pub const SIGN_BYTES: usize = 10 * 10 * 12 + 2 * 8 * 8 * 16 + 300;
 
-/// Computes the exact distance at every node, rounded once to f32.
+/// Computes the exact distance at every node, rounded once to f32. The lattice should hold the whole mesh, as that of [`lattice_around`]
+/// does: of others the error is bounded in the box alone, and [`DenseGrid::inside_reaches_box`] is true.
 ///
 /// Calls `on_nodes_done` with the number of nodes just finished, from any thread. The result does not depend on the
 /// number of threads.
@@ -109,8 +110,8 @@ pub fn bake(mesh: &MeshDistance, lattice: &Lattice, on_nodes_done: &(dyn Fn(usiz
     }
     let Measured { bounds, slope_bound, inside_reaches_box } = Measured::new(lattice, &distances);
     let error_bound = error_bound(mesh, lattice, &distances);
-    // What is inside of a closed mesh lies in the box: a sample there is negative by rounding.
-    let inside_reaches_box = inside_reaches_box && !mesh.is_continuous();
+    // The inside of a closed mesh lies in a box that holds the mesh: a sample there is negative by rounding.
+    let inside_reaches_box = inside_reaches_box && !mesh.is_continuous() || !mesh.lies_in(lattice);
     DenseGrid { distances, bounds, slope_bound, error_bound, inside_reaches_box }
 }
 

@@ -65,6 +65,9 @@ pub enum ErrorBudgetError {
     /// The error allowed is not positive and finite.
     #[error("the error must be a positive finite length, not {0:?}")]
     InvalidError(f64),
+    /// The band is NaN, infinite or negative.
+    #[error("the band must be a finite number of voxels of at least 0, not {0:?}")]
+    InvalidBand(f64),
     /// The signed distance is not continuous, so that no voxel size bounds the error: see [`MeshDistance::is_continuous`].
     #[error(
         "no voxel is small enough: the sign of the distance jumps away from the faces, as around holes ({sign_reason})"
@@ -200,6 +203,9 @@ impl ErrorBudget {
         if !(self.max_error > 0.0 && self.max_error.is_finite()) {
             return Err(ErrorBudgetError::InvalidError(self.max_error));
         }
+        if !(self.band >= 0.0 && self.band.is_finite()) {
+            return Err(ErrorBudgetError::InvalidBand(self.band));
+        }
         if !mesh.is_continuous() {
             return Err(ErrorBudgetError::SignJumps { sign_reason: mesh.sign_reason().to_owned() });
         }
@@ -309,8 +315,8 @@ impl ErrorBudget {
         let slots = brick_counts(&lattice).iter().try_fold(1, |n: usize, count| n.checked_mul(*count as usize + 1))?;
         // What `BrickMap::bytes` has for a slot and for a node of the coarse grid.
         let table = slots.checked_mul(size_of::<([f32; 4], [f32; 4])>())?;
-        (table <= self.max_bytes)
-            .then(|| SparseBaker::new(mesh, &lattice, self.band * spacing).certified(Certify::Tight))
+        let baker = (table <= self.max_bytes).then(|| SparseBaker::new(mesh, &lattice, self.band * spacing))?;
+        Some(baker.ok()?.certified(Certify::Tight))
     }
 
     /// Extrapolates from the memory of a known size: the number of bricks grows with the inverse square of the size.

@@ -5,6 +5,7 @@ use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use sdf_core::Aabb;
+use sdf_core::grid::Lattice;
 use sdf_core::nalgebra::Vector3;
 
 use crate::TriangleMesh;
@@ -12,7 +13,7 @@ use crate::bvh::{Bvh, NearestTriangle};
 use crate::mesh::intersections::{intersecting_pairs, whole_winding_number, winding_change};
 use crate::mesh::topology::{Topology, orient};
 use crate::nearest::{NearestToNode, PacketNodes, PacketSearch};
-use crate::rounding::SUM_SLACK;
+use crate::rounding::{SUM_SLACK, node_position_rounding};
 use crate::sign::flood_fill::CLEARANCE;
 use crate::sign::pseudo_normals::PseudoNormals;
 use crate::sign::winding::{Estimate, MeshBoundary, WindingNumbers};
@@ -35,6 +36,9 @@ impl fmt::Display for SignMethod {
         })
     }
 }
+
+/// Coordinates whose squares, and sums of these, are finite.
+const FAR: f64 = 1e150;
 
 /// Exact signed distance to a mesh.
 pub struct MeshDistance<'a> {
@@ -126,6 +130,12 @@ impl<'a> MeshDistance<'a> {
         self.mesh.bounds()
     }
 
+    /// Does the whole mesh lie in the lattice's box, up to rounding?
+    pub(crate) fn lies_in(&self, lattice: &Lattice) -> bool {
+        let slack = SUM_SLACK * lattice.spacing() + node_position_rounding(lattice) + self.rounding();
+        lattice.bounds().inflate(slack).encloses(&self.bounds())
+    }
+
     /// Edges, shells and intersections of the mesh.
     pub fn topology(&self) -> &Topology {
         &self.topology
@@ -154,6 +164,11 @@ impl<'a> MeshDistance<'a> {
     /// Signed distance, negative inside. Exact up to the rounding of f64, but near faces thinner than a millionth of their length:
     /// off by up to 5e-8 of that length there.
     pub fn signed_distance(&self, point: [f64; 3]) -> f64 {
+        let [x, y, z] = point;
+        // The coordinates of a mesh are at most 1e30: from here it is one point, and squares of distances overflow.
+        if point.iter().any(|x| x.abs() > FAR) {
+            return x.hypot(y).hypot(z);
+        }
         self.signed_nearest(point.into(), 0).signed()
     }
 

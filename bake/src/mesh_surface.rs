@@ -125,6 +125,10 @@ impl MeshSurface {
     }
 
     /// Distance to one triangle, which is convex as a function of the point.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such slot: ask for one that a [`SurfacePoint`] has.
     pub fn distance_to_triangle(&self, query: Vector3<f64>, slot: usize) -> f64 {
         nearest_on_triangle(query, self.tree.corners[slot]).distance_sq.sqrt()
     }

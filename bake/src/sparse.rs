@@ -53,6 +53,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, Bricks, Code, Scale};
 use sdf_core::grid::{BlockBounds, Lattice};
 
+use thiserror::Error;
+
 use crate::MeshDistance;
 pub use crate::error::regions::{SignJumps, code_step};
 pub use assemble::{BoundedGrid, BrickSamples, BrickSources, UnboundedGrid};
@@ -93,7 +95,7 @@ pub struct SparseGrid<C> {
     pub slope_bound: f64,
     /// Largest of [`Self::errors`].
     pub error_bound: f64,
-    /// See [`Grid::with_inside_at_box`](sdf_core::grid::Grid::with_inside_at_box).
+    /// See [`Grid::with_inside_at_box`](sdf_core::grid::Grid::with_inside_at_box). Also true if the box does not hold the whole mesh.
     pub inside_reaches_box: bool,
     /// Cells in which the sign may jump. `None` where the signed distance is continuous, or the mesh was not at hand.
     pub jumps: Option<SignJumps>,
@@ -121,14 +123,19 @@ impl<C: Code> Bricks for SparseGrid<C> {
     }
 }
 
+/// A band that is NaN, infinite or negative.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+#[error("the band must be a finite length of at least 0, not {0:?}")]
+pub struct InvalidBand(pub f64);
+
 /// Bakes a sparse grid: [`SparseBaker::new`] and [`SparseBaker::bake`]. `band` is a length.
 pub fn bake<C: Quantize>(
     mesh: &MeshDistance,
     lattice: &Lattice,
     band: f64,
     on_slots_done: &(dyn Fn(usize) + Sync),
-) -> SparseGrid<C> {
-    SparseBaker::new(mesh, lattice, band).bake(on_slots_done)
+) -> Result<SparseGrid<C>, InvalidBand> {
+    Ok(SparseBaker::new(mesh, lattice, band)?.bake(on_slots_done))
 }
 
 /// A sparse grid before it is baked: its bricks are known up to a few, and its memory and error can be bounded.
@@ -157,12 +164,17 @@ pub enum Certify {
 const SLOTS_AT_A_TIME: usize = 1024;
 
 impl<'a> SparseBaker<'a> {
-    /// Finds which slots are near the surface. `band` is a length.
-    pub fn new(mesh: &'a MeshDistance<'a>, lattice: &Lattice, band: f64) -> Self {
+    /// Finds which slots are near the surface. `band` is a length. The lattice should hold the whole mesh, as that of
+    /// [`lattice_around`](crate::lattice_around) does: of others the error is bounded in the box alone, and
+    /// [`SparseGrid::inside_reaches_box`] is true.
+    pub fn new(mesh: &'a MeshDistance<'a>, lattice: &Lattice, band: f64) -> Result<Self, InvalidBand> {
+        if !(band >= 0.0 && band.is_finite()) {
+            return Err(InvalidBand(band));
+        }
         let frames = || PlaneFrames::new(mesh.tree(), mesh.outward(), lattice.spacing());
         let frames = can_splat(mesh).then(frames);
         let map = BrickMap::new(mesh, lattice, band, frames.as_ref());
-        Self { mesh, lattice: *lattice, map, frames, certify: Certify::default() }
+        Ok(Self { mesh, lattice: *lattice, map, frames, certify: Certify::default() })
     }
 
     /// The same grid with other error bounds.

@@ -119,61 +119,6 @@ pub trait PartVisitor {
     fn visit<F: EnclosedSdf>(&mut self, part: &F);
 }
 
-impl<F: EnclosedSdf + ?Sized> EnclosedSdf for &F {
-    const IS_CONVEX: bool = F::IS_CONVEX;
-    const SLOPES_TAKE_LONG: bool = F::SLOPES_TAKE_LONG;
-    #[inline(always)]
-    fn enclose_box(&self, region: &Aabb) -> BoxEnclosure {
-        (**self).enclose_box(region)
-    }
-    #[inline(always)]
-    fn lowest_in_box(&self, region: &Aabb) -> f64 {
-        (**self).lowest_in_box(region)
-    }
-    fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
-        (**self).enclosure(about, corners)
-    }
-    fn relaxation<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Relaxation<R> {
-        (**self).relaxation(about, corners)
-    }
-    fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {
-        (**self).is_convex_on(corners)
-    }
-    fn max_rise_to_corners<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
-        (**self).max_rise_to_corners(corners)
-    }
-    fn error_bound(&self, region: &Aabb) -> ErrorBound {
-        (**self).error_bound(region)
-    }
-    #[inline(always)]
-    fn exact_minimum<R: Float, const N: usize>(
-        &self,
-        corners: [Vector3<R>; N],
-        goal: Goal<R>,
-    ) -> Option<ExactMinimum<R, N>> {
-        (**self).exact_minimum(corners, goal)
-    }
-    fn linearization_error(&self, region: &Aabb) -> f64 {
-        (**self).linearization_error(region)
-    }
-    #[inline(always)]
-    fn lowest_about<R: Float>(&self, point: Vector3<R>) -> R {
-        (**self).lowest_about(point)
-    }
-    #[inline(always)]
-    fn evaluate_near<R: Real>(&self, point: Vector3<R>, near: &NearParts<R>) -> Sample<R> {
-        (**self).evaluate_near(point, near)
-    }
-    #[inline(always)]
-    fn narrow<R: Real>(&self, point: Vector3<R>, radius: R, near: &mut NearParts<R>) -> Sample<R> {
-        (**self).narrow(point, radius, near)
-    }
-    #[inline(always)]
-    fn visit_parts<V: PartVisitor>(&self, visitor: &mut V) {
-        (**self).visit_parts(visitor);
-    }
-}
-
 /// When a search may stop early.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Goal<R> {

@@ -49,6 +49,7 @@ pub use enclosure::{BoxEnclosure, EnclosedSdf, Enclosure, ExactMinimum, Goal, Gr
 pub use error_bound::ErrorBound;
 pub use nalgebra;
 pub use near_parts::NearParts;
+pub use num_traits;
 pub use number::interval::Interval;
 pub use number::kernel::{LaneBundle, LaneKernel};
 pub use number::lanes::{LaneMask, Lanes};

@@ -1,6 +1,7 @@
 //! The trait of all fields, [`Sdf`], and the result of an evaluation, [`Sample`].
 
 mod plug_in;
+mod pointers;
 mod sample;
 
 use nalgebra::Vector3;
@@ -107,39 +108,5 @@ pub trait Sdf {
             status: Status { not_finite: !R::Mask::NONE, ..Status::GOOD },
         };
         Sample::select(is_representable & is_valid, sample, refusal)
-    }
-}
-
-impl<F: Sdf + ?Sized> Sdf for &F {
-    const IS_SMOOTH_AS_IT_IS: bool = F::IS_SMOOTH_AS_IT_IS;
-    #[inline(always)]
-    fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
-        (**self).evaluate(point)
-    }
-    fn bounds(&self, level: f64) -> Aabb {
-        (**self).bounds(level)
-    }
-    fn slope_bound(&self) -> f64 {
-        (**self).slope_bound()
-    }
-    #[inline(always)]
-    fn slope_bound_as<R: Real>(&self) -> R {
-        (**self).slope_bound_as()
-    }
-    #[inline(always)]
-    fn magnitude<R: Real>(&self) -> R {
-        (**self).magnitude()
-    }
-    #[inline(always)]
-    fn extent<R: Real>(&self) -> R {
-        (**self).extent()
-    }
-    #[inline(always)]
-    fn value<R: Real>(&self, point: Vector3<R>) -> R {
-        (**self).value(point)
-    }
-    #[inline(always)]
-    fn evaluate_smooth<R: Float>(&self, point: Vector3<R>) -> Sample<R> {
-        (**self).evaluate_smooth(point)
     }
 }

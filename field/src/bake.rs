@@ -116,7 +116,7 @@ pub struct CheckedMesh(TriangleMesh);
 impl CheckedMesh {
     /// Checks a mesh, and repairs it as the options say.
     pub fn new(mesh: MeshView, options: &BakeOptions) -> Result<Self, BakeError> {
-        options.require_band()?;
+        options.check()?;
         options.repairs()?.apply(mesh.points, mesh.faces).map(Self).map_err(BakeError::InvalidMesh)
     }
 
@@ -172,7 +172,7 @@ fn bake_grid(
 fn require_samples(lattice: &Lattice) -> Result<(), BakeError> {
     let (count, nodes) = (lattice.node_count(), lattice.nodes().map(f64::from));
     let bytes = Some(count as f64 * size_of::<f32>() as f64);
-    let too_large = |_| BakeError::TooLarge { nodes, bricks: None, bytes, free: None };
+    let too_large = |_| BakeError::TooLarge { layout: Layout::Dense, nodes, bricks: None, bytes, free: None };
     Vec::<f32>::new().try_reserve_exact(count).map_err(too_large)
 }
 
@@ -269,7 +269,9 @@ fn sparse_baker<'a>(
     let slot_bytes = streamed_slot_bytes(distance);
     let lattice = lattice(options, &distance.bounds(), spacing, slot_bytes, memory)?;
     let band = f64::from(options.band) * lattice.spacing();
-    Ok(SparseBaker::new(distance, &lattice, band).certified(options.certify))
+    let baker =
+        SparseBaker::new(distance, &lattice, band).map_err(|_| BakeError::BandOutOfRange { band: options.band })?;
+    Ok(baker.certified(options.certify))
 }
 
 fn bake_bricks(
@@ -279,7 +281,8 @@ fn bake_bricks(
     on_progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<GridAndBand, BakeError> {
     let precision = options.precision.unwrap_or(Precision::U16);
-    memory.require(baker.lattice().nodes().map(f64::from), Some(baker), baker.max_bytes_as(precision) as f64)?;
+    let (nodes, bytes) = (baker.lattice().nodes().map(f64::from), baker.max_bytes_as(precision) as f64);
+    memory.require(Layout::Sparse, nodes, Some(baker), bytes)?;
     on_progress(Progress::Total(baker.slot_count() as u64));
     let on_done = |slots: usize| on_progress(Progress::Done(slots as u64));
     Ok((baker.bake_as(precision, &on_done), Some(baker.band())))
@@ -339,8 +342,8 @@ fn lattice(
         (Layout::Sparse, _) | (_, Some(SignMethod::PseudoNormal)) => 0.0,
         _ => sdf_parallel::thread_count() as f64 * dense::SIGN_BYTES as f64 * nodes[0],
     };
-    memory.require(nodes, None, nodes.iter().product::<f64>() * bytes_per_node + sign_bytes)?;
-    let too_large = BakeError::TooLarge { nodes, bricks: None, bytes: None, free: None };
+    memory.require(options.layout, nodes, None, nodes.iter().product::<f64>() * bytes_per_node + sign_bytes)?;
+    let too_large = BakeError::TooLarge { layout: options.layout, nodes, bricks: None, bytes: None, free: None };
     lattice_around(bounds, spacing, options.padding).ok_or(too_large)
 }
 
@@ -362,11 +365,17 @@ impl Memory {
     }
 
     /// Refuses what needs more.
-    fn require(self, nodes: [f64; 3], baker: Option<&SparseBaker>, bytes: f64) -> Result<(), BakeError> {
+    fn require(
+        self,
+        layout: Layout,
+        nodes: [f64; 3],
+        baker: Option<&SparseBaker>,
+        bytes: f64,
+    ) -> Result<(), BakeError> {
         if bytes > self.bytes() {
             let bricks = baker.map(SparseBaker::max_bricks);
             let bytes = Some(bytes).filter(|bytes| bytes.is_finite());
-            return Err(BakeError::TooLarge { nodes, bricks, bytes, free: self.free() });
+            return Err(BakeError::TooLarge { layout, nodes, bricks, bytes, free: self.free() });
         }
         Ok(())
     }

@@ -75,6 +75,8 @@ pub enum ExportError {
     Unbounded,
     /// The box cannot be cut into so many cells.
     NoLattice,
+    /// [`ExportOptions::cells`] or [`ExportOptions::band`] is 0.
+    NoCells(&'static str),
     /// A value of the field is not finite, or too large for f32.
     NotFinite,
     /// There is not so much memory.
@@ -104,6 +106,7 @@ impl fmt::Display for ExportError {
         match self {
             Self::Unbounded => f.write_str("the field is unbounded: intersect it with a box"),
             Self::NoLattice => f.write_str("its box cannot be cut into so many cells: use fewer"),
+            Self::NoCells(what) => write!(f, "{what}: give 1 cell or more"),
             Self::NotFinite => f.write_str("the field is not finite everywhere in its box"),
             Self::TooLarge { nodes: [x, y, z], bytes, free } => {
                 write!(f, "{x} × {y} × {z} nodes need {bytes:.0} bytes, and {free:.0} are free: use fewer cells")
@@ -220,6 +223,11 @@ impl Field {
     }
 
     fn exported(&self, format: ExportFormat, options: &ExportOptions) -> Result<Exported, ExportError> {
+        match (options.cells, options.band) {
+            (Some(0), _) => return Err(ExportError::NoCells("cells 0")),
+            (_, Some(0)) => return Err(ExportError::NoCells("band 0")),
+            _ => {}
+        }
         self.known_band()?;
         if format == ExportFormat::Glb {
             let lattice = self.lattice(options.cells)?;

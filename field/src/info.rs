@@ -107,6 +107,9 @@ impl MarginOutOfReach {
 impl std::fmt::Display for MarginOutOfReach {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Self { margin, limit } = self;
+        if margin.is_nan() {
+            return f.write_str("the margin is NaN: give a length");
+        }
         let reach = limit.abs();
         write!(f, "a margin of {margin} is ")?;
         match self.is_too_deep() {

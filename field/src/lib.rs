@@ -6,7 +6,8 @@
 //! processor has. It is all that a program depends on; [`core`] is there for what it does not cover.
 //!
 //! Features: `bake` (fields from meshes), `files` (files and bytes), `exchange` (files of other programs, surfaces), `threads`; not by
-//! default `page` (a page to look at) and `cuda` (contacts on NVIDIA GPUs). Without them it depends on the core and two crates more, and knows no file format.
+//! default `page` (a page to look at) and `cuda` (contacts on NVIDIA GPUs). Without them it depends on the core and on pulp alone, and knows no
+//! file format.
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]

@@ -107,11 +107,13 @@ impl ContactOptions {
         Self { method: Method::Certified, ..Self::default() }
     }
 
-    /// Refuses options that do not go together.
+    /// Refuses options that do not go together, and a margin or a tolerance that is not a number.
     pub(crate) fn check(&self) -> Result<(), QueryError> {
-        match self.lean && (self.all_minima || self.complete || self.exact) {
-            true => Err(QueryError::LeanLeavesOut),
-            false => Ok(()),
+        match () {
+            () if !self.margin.is_finite() => Err(QueryError::MarginOutOfRange),
+            () if !(self.tolerance > 0.0 && self.tolerance.is_finite()) => Err(QueryError::ToleranceOutOfRange),
+            () if self.lean && (self.all_minima || self.complete || self.exact) => Err(QueryError::LeanLeavesOut),
+            () => Ok(()),
         }
     }
 

@@ -74,8 +74,10 @@ pub struct Overlap {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum OverlapError {
-    /// The box in which the fields may touch is unbounded, or the margin is not finite.
+    /// The box in which the fields may touch is unbounded.
     Unbounded,
+    /// The margin is NaN or infinite.
+    MarginNotFinite,
     /// The box in which the fields may touch has coordinates beyond 10¹⁸.
     TooFar,
     /// The resolution is less than 1/4096 of the longest side of the box in which the fields may touch.
@@ -90,6 +92,7 @@ impl std::fmt::Display for OverlapError {
             Self::Unbounded => {
                 f.write_str("the box in which the fields may touch is unbounded: intersect one of them with a box")
             }
+            Self::MarginNotFinite => f.write_str("the margin must be a finite length"),
             Self::TooFar => f.write_str("coordinates exceed 1e18 where the fields may touch: scale them down"),
             Self::ResolutionOutOfRange => f.write_str("the resolution of a patch must be a positive length"),
             Self::TooFine => f.write_str(
@@ -138,7 +141,7 @@ impl Field {
     /// ```
     pub fn overlap(&self, other: &Field, options: &OverlapOptions) -> Result<Overlap, OverlapError> {
         match self.overlap_region(other, options, [true; 2])? {
-            Some(region) => Ok(self.overlap_in(other, options, &region)),
+            Some(region) => self.overlap_in(other, options, &region),
             None => Ok(Overlap::default()),
         }
     }
@@ -151,30 +154,50 @@ impl Field {
         options: &OverlapOptions,
         may_evaluate: [bool; 2],
     ) -> Result<Option<Aabb>, OverlapError> {
-        if options.resolution.is_some_and(|resolution| !(resolution > 0.0 && resolution.is_finite())) {
-            return Err(OverlapError::ResolutionOutOfRange);
-        }
+        options.check()?;
         let (a, b) = posed(self, other, options);
         let pair =
             Pair::new(&a, &b, options.margin).and_then(|pair| pair.shrink_evaluating(SHRINK_CELLS, may_evaluate));
-        match pair {
-            Ok(pair) => {
-                let least = pair.region().longest_side() / MAX_CELLS;
-                let is_too_fine = options.resolution.is_some_and(|resolution| resolution < least);
-                if is_too_fine { Err(OverlapError::TooFine) } else { Ok(Some(pair.region())) }
-            }
-            Err(NoRegion::Separated) => Ok(None),
-            Err(NoRegion::Unbounded) => Err(OverlapError::Unbounded),
-            Err(NoRegion::TooFar) => Err(OverlapError::TooFar),
-        }
+        Ok(searchable(pair, options)?.map(|pair| pair.region()))
     }
 
     /// [`overlap`](Self::overlap) in a box of the world: nothing is evaluated or found outside. The verdict is that of
-    /// the fields if the box is an [`overlap_region`](Self::overlap_region).
-    pub fn overlap_in(&self, other: &Field, options: &OverlapOptions, region: &Aabb) -> Overlap {
+    /// the fields if the box is an [`overlap_region`](Self::overlap_region), and a statement about the box alone if not. Both fields may
+    /// be unbounded if the box is not.
+    pub fn overlap_in(&self, other: &Field, options: &OverlapOptions, limits: &Aabb) -> Result<Overlap, OverlapError> {
+        options.check()?;
         let (a, b) = posed(self, other, options);
-        let pair = Pair::new(&a, &b, options.margin).and_then(|pair| pair.restrict(region));
-        pair.and_then(|pair| pair.shrink::<f64>(SHRINK_CELLS)).map_or(Overlap::default(), |pair| search(&pair, options))
+        let pair = Pair::within(&a, &b, options.margin, limits).and_then(|pair| pair.shrink::<f64>(SHRINK_CELLS));
+        Ok(searchable(pair, options)?.map_or(Overlap::default(), |pair| search(&pair, options)))
+    }
+}
+
+impl OverlapOptions {
+    fn check(&self) -> Result<(), OverlapError> {
+        match self.resolution {
+            _ if !self.margin.is_finite() => Err(OverlapError::MarginNotFinite),
+            Some(resolution) if !(resolution > 0.0 && resolution.is_finite()) => {
+                Err(OverlapError::ResolutionOutOfRange)
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// The pair, if its box can be searched; `None` if the fields are separated.
+fn searchable<'a, A: EnclosedSdf, B: EnclosedSdf>(
+    pair: Result<Pair<'a, A, B>, NoRegion>,
+    options: &OverlapOptions,
+) -> Result<Option<Pair<'a, A, B>>, OverlapError> {
+    match pair {
+        Ok(pair) => {
+            let least = pair.region().longest_side() / MAX_CELLS;
+            let is_too_fine = options.resolution.is_some_and(|resolution| resolution < least);
+            if is_too_fine { Err(OverlapError::TooFine) } else { Ok(Some(pair)) }
+        }
+        Err(NoRegion::Separated) => Ok(None),
+        Err(NoRegion::Unbounded) => Err(OverlapError::Unbounded),
+        Err(NoRegion::TooFar) => Err(OverlapError::TooFar),
     }
 }
 

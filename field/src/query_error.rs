@@ -30,6 +30,10 @@ pub enum QueryError {
     LeanLeavesOut,
     /// Clusters or margins are not those of the mesh: they have another number of faces.
     FaceCountDiffers,
+    /// The margin is NaN or infinite.
+    MarginOutOfRange,
+    /// The tolerance is not a positive finite number.
+    ToleranceOutOfRange,
     /// The margin of this face is NaN or infinite.
     MarginNotFinite(usize),
     /// A mesh that moves has another number of vertices at the end than at the start.
@@ -75,6 +79,8 @@ impl std::fmt::Display for QueryError {
             Self::FaceCountDiffers => {
                 f.write_str("clusters and margins must be those of the mesh: they have another number of faces")
             }
+            Self::MarginOutOfRange => f.write_str("the margin must be a finite length"),
+            Self::ToleranceOutOfRange => f.write_str("the tolerance must be a positive finite number, such as 1e-3"),
             Self::MarginNotFinite(face) => write!(f, "the margin of face {face} must be a finite length"),
             Self::VertexCountDiffers => {
                 f.write_str("a mesh that moves must have as many vertices at the end as at the start")

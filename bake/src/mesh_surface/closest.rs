@@ -27,9 +27,12 @@ pub struct ClosestPoints {
 }
 
 impl MeshSurface {
-    /// The nearest points of an element with one to three corners and the mesh; `None` where they are farther apart than `limit`. `guess`
-    /// is a slot, if one is known to be near: it saves time and changes nothing.
+    /// The nearest points of an element with one to three corners and the mesh; `None` where they are farther apart than `limit`, and
+    /// of other elements. `guess` is a slot, if one is known to be near: it saves time and changes nothing.
     pub fn closest(&self, element: &[Vector3<f64>], guess: Option<usize>, limit: f64) -> Option<ClosestPoints> {
+        if !(1..=3).contains(&element.len()) {
+            return None;
+        }
         let query = ClosestQuery { tree: &self.tree, element, guess, limit_sq: limit * limit };
         let (slot, Pair { weights, on_element: query, distance_sq, .. }) = self.tree.arch.dispatch(query)?;
         let at = SurfacePoint::new(query, slot, nearest_on_triangle(query, self.tree.corners[slot]));

@@ -89,7 +89,8 @@ impl UnboundedGrid {
     }
 
     /// The grid without its samples, once they have been read for the bounds. Unless all are in memory, holds those of `bricks_at_a_time`
-    /// bricks and of the bricks around them. Jumps of the sign are found if the mesh is there.
+    /// bricks and of the bricks around them. Jumps of the sign are found, and
+    /// what of the mesh lies outside of the box, if the mesh is there.
     pub fn bounded<C: Quantize, S: BrickSamples<C>>(
         self,
         samples: &S,
@@ -160,8 +161,8 @@ impl UnboundedGrid {
         }
         let reaches_box = reaches_box || coarse_inside_reaches_box(&lattice, &storage);
         let slope_bound = slope_bound_with_outside(slope_inside(&lattice, &storage, &all_bounds), reaches_box);
-        // What is inside of a closed mesh lies in the box: a sample there is negative by rounding.
-        let inside_reaches_box = reaches_box && !is_continuous;
+        // The inside of a closed mesh lies in a box that holds the mesh: a sample there is negative by rounding.
+        let inside_reaches_box = reaches_box && !is_continuous || mesh.is_some_and(|mesh| !mesh.lies_in(&lattice));
         let error_bound = errors.iter().copied().fold(0.0, f32::max).into();
         let bounds = all_bounds;
         let jumps = mesh.filter(|_| !is_continuous).map(|_| jumps);

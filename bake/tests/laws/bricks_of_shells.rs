@@ -63,7 +63,7 @@ fn bricks_of_shells_have_the_sides_of_winding_numbers_and_keep_within_their_boun
         let distance = MeshDistance::new(&baked, None);
         let spacing = baked.bounds().longest_side() / cells as f64;
         let lattice = lattice_around(&baked.bounds(), spacing, 3).unwrap();
-        let grid: SparseGrid<f32> = sparse::bake(&distance, &lattice, 3.0 * spacing, &|_| ());
+        let grid: SparseGrid<f32> = sparse::bake(&distance, &lattice, 3.0 * spacing, &|_| ()).unwrap();
         for _ in 0..3000 {
             let index = random.below(grid.samples.len());
             let (brick, node) = (index / BRICK_SAMPLES, index % BRICK_SAMPLES);

@@ -50,7 +50,7 @@ pub fn check<C: Quantize>(
     let distance = MeshDistance::new(triangles, None);
     let lattice = lattice_around(&triangles.bounds(), triangles.bounds().longest_side() / f64::from(cells), 2).unwrap();
     let spacing = lattice.spacing();
-    let baker = SparseBaker::new(&distance, &lattice, band * spacing).certified(certify);
+    let baker = SparseBaker::new(&distance, &lattice, band * spacing).unwrap().certified(certify);
     let grid: SparseGrid<C> = baker.bake(&|_| ());
     assert_eq!(grid.errors.len(), grid.slots.len());
     assert_eq!(grid.error_bound, f64::from(grid.errors.iter().copied().fold(0.0, f32::max)), "{name}");
@@ -198,7 +198,7 @@ fn tight_bounds_of_a_grid_certified_fast_are_those_of_one_certified_tight() {
         let distance = MeshDistance::new(&triangles, None);
         let spacing = triangles.bounds().longest_side() / 30.0;
         let lattice = lattice_around(&triangles.bounds(), spacing, 2).unwrap();
-        let baker = || SparseBaker::new(&distance, &lattice, 3.0 * spacing);
+        let baker = || SparseBaker::new(&distance, &lattice, 3.0 * spacing).unwrap();
         let tight: SparseGrid<f32> = baker().certified(Certify::Tight).bake(&|_| ());
         let Some(errors) = baker().tight_errors(&tight.slots) else {
             assert!(!distance.topology().bounds_one_solid(), "{name}");

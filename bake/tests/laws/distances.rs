@@ -3,6 +3,7 @@
 use parry3d_f64::math::Vec3;
 use parry3d_f64::query::PointQuery;
 use parry3d_f64::shape::Triangle;
+use sdf_bake::{MeshDistance, SignMethod};
 use sdf_core::nalgebra::Vector3;
 
 use crate::meshes::{self, Mesh};
@@ -160,5 +161,18 @@ fn a_point_on_the_mesh_has_distance_zero() {
             let found = distance.signed_distance(point.into()).abs();
             assert!(found <= tolerance, "{found} at {point:?}");
         }
+    }
+}
+
+/// Squares of the coordinates overflow; the point is outside all the same, as far as the mesh's middle.
+#[test]
+fn a_point_beyond_all_squares_has_its_distance() {
+    let mesh = meshes::cube().baked();
+    for sign in [SignMethod::PseudoNormal, SignMethod::Winding] {
+        let distance = MeshDistance::new(&mesh, Some(sign));
+        for x in [1e149, 1e151, 1e155, 1e300, f64::INFINITY] {
+            assert_eq!(distance.signed_distance([0.0, -x, 0.0]), x);
+        }
+        assert!((distance.signed_distance([3e200, 4e200, 0.0]) / 5e200 - 1.0).abs() < 1e-15);
     }
 }

@@ -45,7 +45,7 @@ fn away_from_the_regions_the_error_is_that_of_a_closed_mesh() {
         let lattice = lattice_around(&mesh.bounds(), mesh.bounds().longest_side() / 48.0, 3).unwrap();
         let dense = dense::bake(&distance, &lattice, &|_| ()).into_grid(&lattice);
         let band = 3.0 * lattice.spacing();
-        let sparse = SparseBaker::new(&distance, &lattice, band).bake_as(Precision::U8, &|_| ());
+        let sparse = SparseBaker::new(&distance, &lattice, band).unwrap().bake_as(Precision::U8, &|_| ());
         for (baked, band) in [(dense, None), (sparse, Some(band))] {
             let found = distance.error_regions(&baked).unwrap();
             assert!(found.region_count <= found.regions.len() && found.cells_within < found.cells);

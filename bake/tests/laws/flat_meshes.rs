@@ -34,7 +34,7 @@ fn grids(mesh: &Mesh, cells: u32) -> Vec<(f64, BakedGrid)> {
     let lattice = lattice_around(&triangles.bounds(), triangles.bounds().longest_side() / f64::from(cells), 4).unwrap();
     let band = BAND * lattice.spacing();
     let baked = dense::bake(&distance, &lattice, &|_| ());
-    let baker = SparseBaker::new(&distance, &lattice, band);
+    let baker = SparseBaker::new(&distance, &lattice, band).unwrap();
     let dense = PRECISIONS.map(|precision| (f64::INFINITY, baked.clone().into_grid_as(&lattice, precision)));
     let sparse = PRECISIONS.map(|precision| (band, baker.bake_as(precision, &|_| ())));
     dense.into_iter().chain(sparse).collect()

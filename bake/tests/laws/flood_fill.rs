@@ -44,7 +44,8 @@ fn every_node_has_the_sign_of_its_own_winding_number() {
                 "{name}: {signed} at {node:?}"
             );
         }
-        let sparse = sdf_bake::sparse::bake::<f32>(&distance, &dense.lattice, 3.0 * dense.lattice.spacing(), &|_| ());
+        let sparse =
+            sdf_bake::sparse::bake::<f32>(&distance, &dense.lattice, 3.0 * dense.lattice.spacing(), &|_| ()).unwrap();
         // Bricks are measured in f32, coordinates are up to 2.
         let single = 2.0 * f64::from(f32::EPSILON);
         for (brick, samples) in sparse.slots.iter().zip(sparse.samples.chunks(512)) {

@@ -288,7 +288,7 @@ fn grids_of_crossing_shells_keep_within_their_bounds() {
         let exact = distance.signed_distance(node.into());
         assert!((value - exact).abs() < 1e-6, "{value} for {exact} at {node:?}");
     }
-    let grid: SparseGrid<u16> = sparse::bake(&distance, &lattice, band, &|_| ());
+    let grid: SparseGrid<u16> = sparse::bake(&distance, &lattice, band, &|_| ()).unwrap();
     let storage = Sparse::new(&lattice, &grid).unwrap();
     let dense_storage = Dense::new(&lattice, &dense.distances[..]).unwrap();
     let mut tested = 0;

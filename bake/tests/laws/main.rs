@@ -14,6 +14,7 @@ mod lattices;
 mod mesh_surface;
 mod meshes;
 mod oracle;
+mod partial_lattices;
 mod random;
 mod repairs;
 mod repeatable;

@@ -100,3 +100,10 @@ fn what_is_behind_the_far_end_of_an_element_counts() {
         assert!(found.lower_bound <= -1.75, "from {index}: {found:?}");
     }
 }
+
+#[test]
+fn an_element_without_corners_has_no_closest_points() {
+    let surface = MeshSurface::new(cube().baked(), SignMethod::PseudoNormal, true);
+    assert!(surface.closest(&[], None, f64::INFINITY).is_none());
+    assert!(surface.closest(&[Vector3::zeros(); 4], None, f64::INFINITY).is_none());
+}

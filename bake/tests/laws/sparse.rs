@@ -45,7 +45,7 @@ pub fn open_meshes(random: &mut Random) -> Vec<(&'static str, Mesh)> {
 fn bake<C: Quantize>(mesh: &Mesh, lattice: &Lattice) -> SparseGrid<C> {
     let mesh = mesh.baked();
     let distance = sdf_bake::MeshDistance::new(&mesh, None);
-    sparse::bake(&distance, lattice, BAND * lattice.spacing(), &|_| ())
+    sparse::bake(&distance, lattice, BAND * lattice.spacing(), &|_| ()).unwrap()
 }
 
 fn table<C>(lattice: &Lattice, grid: &SparseGrid<C>) -> Vec<u32> {
@@ -264,7 +264,8 @@ fn a_plan_predicts_the_grid() {
         let lattice = Baked::from_mesh(&mesh, None, 50).lattice;
         let mesh = mesh.baked();
         let distance = sdf_bake::MeshDistance::new(&mesh, None);
-        let baker = sparse::SparseBaker::new(&distance, &lattice, BAND * lattice.spacing()).certified(Certify::Tight);
+        let baker =
+            sparse::SparseBaker::new(&distance, &lattice, BAND * lattice.spacing()).unwrap().certified(Certify::Tight);
         let done = std::sync::atomic::AtomicUsize::new(0);
         let count = |places| {
             done.fetch_add(places, std::sync::atomic::Ordering::Relaxed);

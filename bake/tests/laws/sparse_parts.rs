@@ -68,7 +68,7 @@ fn parts_are_the_grid_that_is_baked_at_once() {
         let mesh = mesh.baked();
         let lattice = lattice_around(&mesh.bounds(), mesh.bounds().longest_side() / 48.0, 2).unwrap();
         let distance = MeshDistance::new(&mesh, None);
-        let baker = SparseBaker::new(&distance, &lattice, BAND * lattice.spacing());
+        let baker = SparseBaker::new(&distance, &lattice, BAND * lattice.spacing()).unwrap();
         let whole = baker.bake::<u16>(&|_| ());
         for (count, slots, bricks) in [(1, 100, 7), (3, 1, 64), (11, usize::MAX, 1000)] {
             assert!(joined(&distance, &baker, count, slots, bricks) == whole, "{name} in {count} parts");
@@ -90,7 +90,7 @@ fn a_solid_that_reaches_the_box_has_the_slope_bound_of_what_lies_beyond() {
     let middle = 0.5 * (bounds.min[0] + bounds.max[0]);
     let origin = [middle, bounds.min[1] - 4.0 * spacing, bounds.min[2] - 4.0 * spacing];
     let lattice = Lattice::new(origin, spacing, [20, 16, 16]).unwrap();
-    let grid = sdf_bake::sparse::bake::<f32>(&distance, &lattice, BAND * lattice.spacing(), &|_| ());
+    let grid = sdf_bake::sparse::bake::<f32>(&distance, &lattice, BAND * lattice.spacing(), &|_| ()).unwrap();
     let storage = Sparse::new(&lattice, &grid).unwrap();
     assert!(storage.corners([0, 7, 7])[0] < 0.0, "it does not reach the box");
     let steepest = measure_slope_bound(&lattice, &storage);

@@ -148,7 +148,8 @@ fn every_sign_is_that_of_the_exact_winding_number() {
         let distance = MeshDistance::new(&baked, Some(SignMethod::Winding));
         let dense = Baked::new(&distance, &baked.bounds(), 10 + random.below(6) as u32);
         assert_sides(&mesh, name, dense.nodes(), &mut random);
-        let sparse = sdf_bake::sparse::bake::<f32>(&distance, &dense.lattice, dense.lattice.spacing(), &|_| ());
+        let sparse =
+            sdf_bake::sparse::bake::<f32>(&distance, &dense.lattice, dense.lattice.spacing(), &|_| ()).unwrap();
         let node = |(index, sample): (usize, &f32)| {
             let (brick, step) = (sparse.slots[index / 512], [index % 8, index / 8 % 8, index / 64 % 8]);
             let node = std::array::from_fn(|axis| brick[axis] * 8 + step[axis] as u32);

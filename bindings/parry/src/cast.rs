@@ -1,10 +1,10 @@
 //! When does a moving shape arrive? By conservative advancement (Mirtich 1996): no point of the surface gets nearer, in φ, than slope
-//! bound · speed · time, so that a step of φ over these never passes the field: by no more than the search for the lowest point misses, which
-//! is nothing to speak of on a grid, and up to a hundredth of a ball's radius at the sharp corner of a closed form.
+//! bound · speed · time, so that a step of φ over these never passes the field: by no more than the search for the lowest point misses.
 
 use parry3d::math::{Pose, Vector};
 use parry3d::query::details::ShapeCastOptions;
 use parry3d::query::{NonlinearRigidMotion, ShapeCastHit, ShapeCastStatus};
+use parry3d::shape::Shape;
 use sdf_core::Sdf;
 
 use crate::convert::{to_core, to_parry};
@@ -15,6 +15,7 @@ use crate::touch::Touch;
 /// Two shapes in motion.
 pub(crate) struct Cast<'a> {
     pub pair: &'a Pair,
+    pub shapes: [&'a dyn Shape; 2],
     pub search: Search,
     /// Motions of the first and the second shape.
     pub motions: [&'a NonlinearRigidMotion; 2],
@@ -34,7 +35,8 @@ impl Cast<'_> {
         let rate = self.pair.field.slope_bound() * self.speed(start, end);
         let mut time = f64::from(start);
         for step in 0..MAX_STEPS {
-            let (pose, touch) = self.nearest(time)?;
+            // A field can be wholly inside of the other shape only at the start: on the way there it touches.
+            let (pose, touch) = self.nearest(time, step == 0)?;
             let left = touch.value - target;
             if left <= within {
                 let is_start = step == 0;
@@ -57,10 +59,15 @@ impl Cast<'_> {
     }
 
     /// The surface's pose in the field's frame, and its lowest point there.
-    fn nearest(&self, time: f64) -> Option<(Pose, Touch)> {
+    fn nearest(&self, time: f64, may_be_swallowed: bool) -> Option<(Pose, Touch)> {
         let [first, second] = self.motions.map(|motion| motion.position_at_time(time as f32));
         let pose = self.pair.pose(&first.inv_mul(&second));
-        self.pair.nearest(&pose, self.search).map(|touch| (pose, touch))
+        let touch = if may_be_swallowed {
+            self.pair.nearest_or_way_out(self.shapes, &pose, self.search).0
+        } else {
+            self.pair.nearest(&pose, self.search)
+        };
+        touch.map(|touch| (pose, touch))
     }
 
     /// Upper bound of the speed of any point of the surface, seen by the field. A point that a body turns about its centre c with ω has

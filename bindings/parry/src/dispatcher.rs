@@ -37,13 +37,8 @@ impl SdfDispatcher {
     ) -> Result<(Pair, Option<Touch>, bool), Unsupported> {
         let pair = Pair::new(g1, g2).ok_or(Unsupported)?;
         let pose = pair.pose(pos12);
-        let touch = pair.nearest(&pose, self.search);
-        if touch.is_some_and(|touch| touch.gap <= 0.0) {
-            return Ok((pair, touch, true));
-        }
-        let is_swallowed = pair.is_swallowed(g1, g2, &pose);
-        let touch = touch.map(|touch| if is_swallowed { pair.way_out(touch) } else { touch });
-        Ok((pair, touch, is_swallowed))
+        let (touch, intersects) = pair.nearest_or_way_out([g1, g2], &pose, self.search);
+        Ok((pair, touch, intersects))
     }
 }
 
@@ -56,7 +51,7 @@ impl QueryDispatcher for SdfDispatcher {
     ) -> Result<ShapeIntersection, Unsupported> {
         let pair = Pair::new(g1, g2).ok_or(Unsupported)?;
         let pose = pair.pose(pos12);
-        let touches = !pair.touches(&pose, 0.0, self.search).is_empty() || pair.is_swallowed(g1, g2, &pose);
+        let touches = !pair.touches(&pose, 0.0, self.search).is_empty() || pair.is_swallowed([g1, g2], &pose);
         Ok(touches.into())
     }
 
@@ -110,7 +105,7 @@ impl QueryDispatcher for SdfDispatcher {
         let still = NonlinearRigidMotion::identity();
         let moving = NonlinearRigidMotion::new(*pos12, Vector::ZERO, velocity, Vector::ZERO);
         let pair = Pair::new(g1, g2).ok_or(Unsupported)?;
-        Ok(Cast { pair: &pair, search: self.search, motions: [&still, &moving] }.run(0.0, options))
+        Ok(Cast { pair: &pair, shapes: [g1, g2], search: self.search, motions: [&still, &moving] }.run(0.0, options))
     }
 
     fn cast_shapes_nonlinear(
@@ -125,7 +120,8 @@ impl QueryDispatcher for SdfDispatcher {
     ) -> Result<Option<ShapeCastHit>, Unsupported> {
         let pair = Pair::new(g1, g2).ok_or(Unsupported)?;
         let options = ShapeCastOptions { max_time_of_impact: end_time, stop_at_penetration, ..Default::default() };
-        Ok(Cast { pair: &pair, search: self.search, motions: [motion1, motion2] }.run(start_time, options))
+        let cast = Cast { pair: &pair, shapes: [g1, g2], search: self.search, motions: [motion1, motion2] };
+        Ok(cast.run(start_time, options))
     }
 }
 
@@ -164,7 +160,7 @@ where
         };
         let pair = pair.ok_or(Unsupported)?;
         let pose = pair.pose(pos12);
-        let touches = pair.touches(&pose, f64::from(prediction), self.search);
+        let touches = pair.touches_or_way_out([g1, g2], &pose, f64::from(prediction), self.search);
         manifolds::update(manifolds, touches, &pose, pair.flipped, f64::from(prediction));
         *workspace = Some(SdfWorkspace(pair.surface).into());
         Ok(())

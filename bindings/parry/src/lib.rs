@@ -22,7 +22,7 @@
 //! | step | question | file |
 //! |---|---|---|
 //! | 1 | Which of a pair is the field, and which triangles has the other shape? | `pair`, `triangles` |
-//! | 2 | Where does the field touch these triangles? | `touch`, by `sdf_core::contact` |
+//! | 2 | Where does the field touch these triangles? Balls and capsules are searched about their axes, too | `touch`, by `sdf_core::contact`; `round` |
 //! | 3 | Which points does a solver get? Grouped by normal, at most four each, with last step's impulses | `manifolds` |
 //! | 4 | When does a moving shape arrive? | `cast` |
 //!
@@ -37,6 +37,7 @@ mod dispatcher;
 mod manifolds;
 mod nearest;
 mod pair;
+mod round;
 mod search;
 mod shape;
 mod surface;

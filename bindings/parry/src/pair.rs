@@ -74,22 +74,45 @@ impl Pair {
         touches.into_iter().min_by(|a, b| a.value.total_cmp(&b.value))
     }
 
-    /// Is a point of the field's body inside of the other shape? Then they intersect, also where the field lies wholly within, and no
-    /// triangle of the other comes near.
-    pub fn is_swallowed(&self, g1: &dyn Shape, g2: &dyn Shape, pose: &Pose) -> bool {
+    /// Is a point of the field's body inside of the other shape, and behind the triangles that stand for it? Then they intersect, also
+    /// where the field lies wholly within, and no triangle comes near.
+    pub fn is_swallowed(&self, [g1, g2]: [&dyn Shape; 2], pose: &Pose) -> bool {
         let (field, other) = if self.flipped { (g2, g1) } else { (g1, g2) };
-        let point = field.as_shape::<SdfShape>().and_then(SdfShape::inner_point);
-        point.is_some_and(|point| other.contains_local_point(pose.inverse_transform_point(to_parry(point))))
+        let Some(point) = field.as_shape::<SdfShape>().and_then(SdfShape::inner_point) else { return false };
+        let point = pose.inverse_transform_point(to_parry(point));
+        let border = self.surface.widest_border();
+        other.contains_local_point(point)
+            && (border == 0.0 || f64::from(other.distance_to_local_point(point, false)) <= -border)
+    }
+
+    /// The touches of a pair, or the way out if the field is wholly inside of the other shape: where it is, no triangle touches it.
+    pub fn touches_or_way_out(&self, shapes: [&dyn Shape; 2], pose: &Pose, margin: f64, search: Search) -> Vec<Touch> {
+        let touches = self.touches(pose, margin, search);
+        if touches.iter().any(Touch::is_of_triangles) || !self.is_swallowed(shapes, pose) {
+            return touches;
+        }
+        self.nearest(pose, search).map(|touch| self.way_out(touch)).into_iter().collect()
+    }
+
+    /// The nearest touch, or the way out, and whether the shapes intersect.
+    pub fn nearest_or_way_out(&self, shapes: [&dyn Shape; 2], pose: &Pose, search: Search) -> (Option<Touch>, bool) {
+        let touch = self.nearest(pose, search);
+        let is_swallowed = !touch.is_some_and(|touch| touch.is_of_triangles()) && self.is_swallowed(shapes, pose);
+        let touch = touch.map(|touch| if is_swallowed { self.way_out(touch) } else { touch });
+        (touch, is_swallowed || touch.is_some_and(|touch| touch.gap <= 0.0))
     }
 
     /// The touch of a swallowed field that is given the nearest point of the other's surface: the field gets out if it moves there until
     /// all of its box has passed.
-    pub fn way_out(&self, touch: Touch) -> Touch {
+    fn way_out(&self, touch: Touch) -> Touch {
         use sdf_core::Sdf;
+        // From within, the surface is on the other side of its triangles.
+        let touch = Touch { point: touch.point + touch.normal * (2.0 * touch.border), ..touch };
         let bounds = self.field.bounds(0.0);
         let last = |axis: usize| if touch.normal[axis] > 0.0 { bounds.min[axis] } else { bounds.max[axis] };
         let depth = (touch.point - Vector3::from([0, 1, 2].map(last))).dot(&touch.normal);
-        Touch { field_point: touch.point - touch.normal * depth, normal: -touch.normal, gap: -depth, ..touch }
+        let (field_point, normal) = (touch.point - touch.normal * depth, -touch.normal);
+        Touch { field_point, normal, gap: -depth, value: -depth, ..touch }
     }
 }
 

@@ -16,6 +16,7 @@ use parry3d::math::{Matrix, Vector};
 use parry3d::query::{PointProjection, PointQuery, Ray, RayCast, RayIntersection};
 use parry3d::shape::{FeatureId, Shape, ShapeType, TypedShape};
 use sdf_core::nalgebra::{Matrix3, Vector3};
+use sdf_core::overlap::{NoRegion, Pair};
 use sdf_core::{AnyField, Sdf};
 
 use crate::convert::{to_core, to_parry};
@@ -41,6 +42,10 @@ pub enum InvalidShape {
     Unbounded,
     /// A face of the mesh names a vertex that is not there.
     VertexOutOfRange,
+    /// The mesh has no faces.
+    NoFaces,
+    /// A vertex of the mesh is NaN or infinite.
+    VertexNotFinite,
 }
 
 impl std::fmt::Display for InvalidShape {
@@ -48,6 +53,8 @@ impl std::fmt::Display for InvalidShape {
         f.write_str(match self {
             Self::Unbounded => "a collider needs a field with a finite, not empty inside: intersect it with a box",
             Self::VertexOutOfRange => "a face of the mesh names a vertex that is not there",
+            Self::NoFaces => "the mesh of a collider needs faces",
+            Self::VertexNotFinite => "a vertex of the mesh is NaN or infinite",
         })
     }
 }
@@ -59,6 +66,9 @@ const MAX_RAY_STEPS: u32 = 4096;
 
 /// A ray, or a point, is at the surface within this fraction of the box's diagonal.
 const AT_SURFACE: f64 = 1e-6;
+
+/// Cells along the longest side in which a field is proven to be empty.
+const PROOF_CELLS: u32 = 64;
 
 /// Cells along the longest side in which mass is counted.
 const MASS_CELLS: f64 = 48.0;
@@ -74,12 +84,22 @@ impl SdfShape {
         }
         let bounds = Aabb::new(to_parry(bounds.min.into()), to_parry(bounds.max.into()));
         let shape = Self { field: Arc::new(field), bounds, inner_point: None, unit_mass: Arc::default(), mesh: None };
-        Ok(Self { inner_point: shape.find_inner_point(), ..shape })
+        let inner_point = shape.find_inner_point();
+        if inner_point.is_none() && shape.is_empty() {
+            return Err(InvalidShape::Unbounded);
+        }
+        Ok(Self { inner_point, ..shape })
     }
 
     /// The same with its surface as triangles, such as the mesh that was baked. They are needed where the other shape has none: against
     /// half-spaces, and against other fields.
     pub fn with_mesh(self, points: &[[f64; 3]], faces: &[[u32; 3]]) -> Result<Self, InvalidShape> {
+        if faces.is_empty() {
+            return Err(InvalidShape::NoFaces);
+        }
+        if !points.as_flattened().iter().all(|x| x.is_finite()) {
+            return Err(InvalidShape::VertexNotFinite);
+        }
         let mesh = Surface::of_mesh(points.to_vec(), faces.to_vec()).ok_or(InvalidShape::VertexOutOfRange)?;
         Ok(Self { mesh: Some(Arc::new(mesh.with_clusters())), ..self })
     }
@@ -107,6 +127,12 @@ impl SdfShape {
         let middle = to_core(self.bounds.center());
         let point = if self.field.sample(middle).value <= 0.0 { middle } else { self.nearest_to(middle) };
         (self.field.sample(point).value <= self.at_surface()).then_some(point)
+    }
+
+    /// Is it proven that φ > 0 in all of the box?
+    fn is_empty(&self) -> bool {
+        let twice = Pair::new(&*self.field, &*self.field, 0.0);
+        twice.and_then(|pair| pair.shrink::<f64>(PROOF_CELLS)).err() == Some(NoRegion::Separated)
     }
 
     fn nearest_to(&self, start: Vector3<f64>) -> Vector3<f64> {

@@ -56,6 +56,12 @@ impl Surface {
         if has_clusters { this } else { Arc::new(Arc::unwrap_or_clone(this).with_clusters()) }
     }
 
+    /// The widest border around triangles.
+    pub fn widest_border(&self) -> f64 {
+        let border = |part: &Part| if let Rounding::Border(radius) = part.rounding { radius } else { 0.0 };
+        self.parts.iter().map(border).fold(0.0, f64::max)
+    }
+
     /// Radius of a ball that holds the surface, wherever it lies: about the middle of its points' box.
     pub fn radius(&self) -> f64 {
         let points = || self.parts.iter().flat_map(|part| &part.points).map(|point| Vector3::from(*point));

@@ -1,7 +1,7 @@
 //! Where does a field touch the triangles of a surface? At the lowest point of each triangle, and at the corners of those that touch:
 //! a side that lies flat on something is held by its corners, not by one point of each triangle.
 //!
-//! Points on balls and capsules are found on their triangles, then moved on the true surface downhill, by projected gradient descent.
+//! Balls and capsules are searched about their axes, too: `round`.
 
 use parry3d::shape::PackedFeatureId;
 use sdf_core::contact::{Contact, Element, Feature, Outcome, Row, contact, one_per_feature};
@@ -10,6 +10,7 @@ use sdf_core::nalgebra::Vector3;
 use sdf_core::placed::Rigid;
 use sdf_core::{AnyField, Sdf, Simplex};
 
+use crate::round::RoundSurface;
 use crate::search::Search;
 use crate::surface::{Part, Rounding, Surface};
 
@@ -26,20 +27,18 @@ pub(crate) struct Touch {
     pub gap: f64,
     /// φ at the point: what a search compares. It is the gap if φ is a true distance.
     pub value: f64,
+    /// How far the point lies before the triangles, where the surface is around them.
+    pub border: f64,
     /// The vertex, edge or face of the surface, the same from step to step.
     pub feature: PackedFeatureId,
 }
 
-/// Steps of a point on a round surface, and the shortest of them in radii.
-const ROUND_STEPS: u32 = 48;
-const SHORTEST_STEP: f64 = 1e-6;
-
-/// Points on a round surface that are nearer than this, in radii, are one.
-const SAME_POINT: f64 = 0.15;
-
-/// Depth of the cap whose mean is the normal of a round surface, in radii, and points along either side of it.
-const CAP_DEPTH: f64 = 0.004;
-const CAP_POINTS: i32 = 4;
+impl Touch {
+    /// Do triangles themselves touch the field, and not only what is around them?
+    pub fn is_of_triangles(&self) -> bool {
+        self.value + self.border <= 0.0
+    }
+}
 
 /// All touches with φ ≤ margin, as far as the search finds them.
 pub(crate) fn touches(field: &AnyField, surface: &Surface, pose: &Rigid, margin: f64, search: Search) -> Vec<Touch> {
@@ -53,12 +52,13 @@ pub(crate) fn touches(field: &AnyField, surface: &Surface, pose: &Rigid, margin:
     found.flatten().collect()
 }
 
-struct Query<'a> {
-    field: &'a AnyField,
+/// The search of one part of a surface.
+pub(crate) struct Query<'a> {
+    pub field: &'a AnyField,
     part: &'a Part,
     number: u32,
     pose: &'a Rigid,
-    margin: f64,
+    pub margin: f64,
 }
 
 impl Query<'_> {
@@ -69,7 +69,7 @@ impl Query<'_> {
         match self.part.rounding {
             Rounding::Swept { segment, radius } => {
                 let segment = segment.map(|end| self.pose.push(end));
-                self.on_round_surface(method, contacts, segment, radius)
+                RoundSurface { query: self, segment, radius }.touches(method, contacts)
             }
             rounding => {
                 contacts.extend(self.corners(method, &contacts, margin));
@@ -110,47 +110,7 @@ impl Query<'_> {
         found.flatten().collect()
     }
 
-    /// Touches of a ball that is swept along a segment, in the field's frame.
-    fn on_round_surface<M: Minimizer<1>>(
-        &self,
-        method: &M,
-        mut near: Vec<Contact<f64>>,
-        segment: [Vector3<f64>; 2],
-        radius: f64,
-    ) -> Vec<Touch> {
-        near.sort_unstable_by(|a, b| a.distance.total_cmp(&b.distance));
-        let mut found: Vec<Touch> = vec![];
-        for start in near {
-            let lowest = descend(self.field, start.point, segment, radius);
-            let is_known = found.iter().any(|known| (known.point - lowest).norm() < SAME_POINT * radius);
-            let touch = self.point(method, start.element, lowest, self.margin);
-            let touch = touch.filter(|_| !is_known).and_then(|contact| self.touch(&contact, 0.0));
-            found.extend(touch.map(|touch| self.on_cap(touch, axis_point(lowest, segment), radius)));
-        }
-        found
-    }
-
-    /// The touch with the mean normal of the cap around it. The lowest point of a ball jumps where a grid has a crease between two cells;
-    /// the mean over its neighbourhood, by weights that fall as φ rises, does not.
-    fn on_cap(&self, touch: Touch, axis: Vector3<f64>, radius: f64) -> Touch {
-        let out = (touch.point - axis) / radius;
-        let [u, v] = tangents(out);
-        let depth = CAP_DEPTH * radius;
-        // φ rises by 4 depths to the cap's rim, where the field is flat.
-        let step = (8.0 * CAP_DEPTH).sqrt() / f64::from(CAP_POINTS);
-        let steps = || (-CAP_POINTS..=CAP_POINTS).map(|index| f64::from(index) * step);
-        let mut mean = Vector3::zeros();
-        for (i, j) in steps().flat_map(|i| steps().map(move |j| (i, j))) {
-            let direction = (out + u * i + v * j).normalize();
-            let rise = self.field.sample(axis + direction * radius).value - touch.value;
-            mean += direction * (-rise / depth).exp();
-        }
-        let Some(mean) = mean.try_normalize(1e-6) else { return touch };
-        let point = axis + mean * radius;
-        Touch { point, field_point: point + mean * touch.gap, normal: -mean, ..touch }
-    }
-
-    fn point<M: Minimizer<1>>(&self, method: &M, id: u32, at: Vector3<f64>, margin: f64) -> Option<Contact<f64>> {
+    pub fn point<M: Minimizer<1>>(&self, method: &M, id: u32, at: Vector3<f64>, margin: f64) -> Option<Contact<f64>> {
         let element = Element { id, vertices: [id], simplex: Simplex { corners: [at] } };
         match contact(self.field, method, margin, &element) {
             Outcome::Contact(contact) => Some(contact),
@@ -159,12 +119,13 @@ impl Query<'_> {
     }
 
     /// `None` where the field has no normal, or the point is beyond the margin once the border is taken off.
-    fn touch(&self, contact: &Contact<f64>, border: f64) -> Option<Touch> {
+    pub fn touch(&self, contact: &Contact<f64>, border: f64) -> Option<Touch> {
         let row = Row::from_contact(contact, border)?;
         let value = contact.distance - border;
         let point = row.point - row.normal * border;
         let feature = self.feature(contact.feature);
-        let touch = Touch { point, field_point: row.surface_point, normal: row.normal, gap: row.gap, value, feature };
+        let touch =
+            Touch { point, field_point: row.surface_point, normal: row.normal, gap: row.gap, value, border, feature };
         (value <= self.margin).then_some(touch)
     }
 
@@ -173,7 +134,7 @@ impl Query<'_> {
     }
 
     /// The feature's name; two large meshes can have one of the same, which costs no more than a solver's first guess.
-    fn feature(&self, feature: Feature) -> PackedFeatureId {
+    pub fn feature(&self, feature: Feature) -> PackedFeatureId {
         const MIX: u32 = 0x9E37_79B1;
         const CODES: u32 = 0x3FFF_FFFF;
         let code = |number: u32| number.wrapping_add(self.number.wrapping_mul(MIX)) & CODES;
@@ -183,49 +144,4 @@ impl Query<'_> {
             Feature::Face(face) => PackedFeatureId::face(code(face)),
         }
     }
-}
-
-/// A local minimum of φ on a ball swept along a segment: x ← the surface point nearest to x − s ∇φ/|∇φ|, with steps s of the radius at
-/// first, shorter where φ did not fall, and longer again where it did.
-fn descend(field: &AnyField, start: Vector3<f64>, segment: [Vector3<f64>; 2], radius: f64) -> Vector3<f64> {
-    let mut at = on_swept_ball(start, segment, radius).unwrap_or(start);
-    let mut sample = field.sample(at);
-    let mut step = radius;
-    for _ in 0..ROUND_STEPS {
-        let slope = sample.gradient.norm();
-        if slope < 1e-6 || step < SHORTEST_STEP * radius {
-            break;
-        }
-        let Some(next) = on_swept_ball(at - sample.gradient * (step / slope), segment, radius) else { break };
-        let lower = field.sample(next);
-        if (next - at).norm() < SHORTEST_STEP * radius {
-            break;
-        }
-        if lower.value < sample.value {
-            (at, sample, step) = (next, lower, (1.6 * step).min(radius));
-        } else {
-            step *= 0.4;
-        }
-    }
-    at
-}
-
-/// The point of the swept ball's surface that is nearest to a point; `None` on the segment.
-fn on_swept_ball(point: Vector3<f64>, segment: [Vector3<f64>; 2], radius: f64) -> Option<Vector3<f64>> {
-    let axis = axis_point(point, segment);
-    let out = (point - axis).try_normalize(1e-12)?;
-    Some(axis + out * radius)
-}
-
-/// Two unit vectors at right angles to a unit vector and to each other.
-fn tangents(normal: Vector3<f64>) -> [Vector3<f64>; 2] {
-    let u = normal.cross(&Vector3::ith(normal.iamin(), 1.0)).normalize();
-    [u, normal.cross(&u)]
-}
-
-/// The point of a segment that is nearest to a point.
-fn axis_point(point: Vector3<f64>, [a, b]: [Vector3<f64>; 2]) -> Vector3<f64> {
-    let along = b - a;
-    let share = ((point - a).dot(&along) / along.norm_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-    a + along * share
 }

@@ -5,12 +5,15 @@ mod scene;
 
 use parry3d::math::{Pose, Vector};
 use parry3d::query::details::ShapeCastOptions;
-use parry3d::query::{ClosestPoints, DefaultQueryDispatcher, NonlinearRigidMotion, PointQuery, QueryDispatcher};
+use parry3d::query::{
+    ClosestPoints, ContactManifold, DefaultQueryDispatcher, NonlinearRigidMotion, PersistentQueryDispatcher,
+    PointQuery, QueryDispatcher, ShapeCastStatus,
+};
 use parry3d::shape::{Ball, Cuboid, Shape, SharedShape, TriMesh, TriMeshFlags};
 use scene::{Mesh, bake, lumpy_ball};
 use sdf_bake::{MeshDistance, TriangleMesh, lattice_around, sparse};
 use sdf_core::{AnyField, shapes};
-use sdf_parry::{SdfDispatcher, SdfShape};
+use sdf_parry::{SdfDispatcher, SdfShape, Search};
 use sdf_procedural::random::{Random, test_seed};
 
 /// Side of a grid's cells.
@@ -28,7 +31,7 @@ fn bake_sparse((points, faces): &Mesh) -> AnyField {
     let mesh = TriangleMesh::new(points, faces).unwrap();
     let lattice = lattice_around(&mesh.bounds(), SPACING, 4).unwrap();
     let (distance, band) = (MeshDistance::new(&mesh, None), 3.0 * SPACING);
-    sparse::bake::<u16>(&distance, &lattice, band, &|_| ()).into_grid(&lattice, band).grid.into()
+    sparse::bake::<u16>(&distance, &lattice, band, &|_| ()).unwrap().into_grid(&lattice, band).grid.into()
 }
 
 fn scaled((points, faces): (Vec<Vector>, Vec<[u32; 3]>), scale: Vector) -> Mesh {
@@ -140,6 +143,46 @@ fn a_field_inside_of_a_solid_intersects_it() {
                 let apart = Pose::from_translation(contact.normal1 * (1e-2 - contact.dist)) * *pose;
                 assert!(!dispatcher().intersection_test(&apart, a, b).unwrap().intersecting);
             });
+        }
+    }
+}
+
+/// A ball or a capsule around a field is left by the shorter way, and a solver and a cast hear of it.
+#[test]
+fn a_field_inside_of_any_solid_has_a_way_out() {
+    let fields = [shape(shapes::Sphere::new(0.2).unwrap()), shape(shapes::Cuboid::new([0.1, 0.15, 0.2]).unwrap())];
+    let solids = [
+        SharedShape::ball(2.0),
+        SharedShape::capsule(Vector::new(-1.0, 0.0, 0.0), Vector::new(1.0, 0.0, 0.0), 2.0),
+        SharedShape::cuboid(2.0, 2.5, 3.0),
+        SharedShape::round_cuboid(1.8, 2.0, 2.5, 0.2),
+    ];
+    let searches = [Search::FrankWolfe, Search::Certified];
+    for (field, solid) in fields.iter().flat_map(|field| solids.iter().map(move |solid| (field, &**solid))) {
+        for ((x, search), flipped) in [0.0, 0.3, 1.0, 1.6]
+            .into_iter()
+            .flat_map(|x| searches.map(|search| (x, search)))
+            .zip([false, true].into_iter().cycle())
+        {
+            let dispatcher = SdfDispatcher { search }.chain(DefaultQueryDispatcher);
+            let pose = Pose::from_translation(Vector::new(0.01, x, 0.02));
+            let context = format!("{:?} {search:?} at {x}", solid.shape_type());
+            let (pose, a, b): (Pose, &dyn Shape, &dyn Shape) =
+                if flipped { (pose.inverse(), solid, field) } else { (pose, field, solid) };
+            assert!(dispatcher.intersection_test(&pose, a, b).unwrap().intersecting, "{context}");
+            assert_eq!(dispatcher.distance(&pose, a, b).unwrap().distance, 0.0, "{context}");
+            assert_eq!(dispatcher.closest_points(&pose, a, b, 0.5).unwrap(), ClosestPoints::Intersecting, "{context}");
+            let contact = dispatcher.contact(&pose, a, b, 0.0).unwrap().expect(&context);
+            assert!(contact.dist < 0.0, "{context}: {contact:?}");
+            let apart = Pose::from_translation(contact.normal1 * (1e-2 - contact.dist)) * pose;
+            assert!(!dispatcher.intersection_test(&apart, a, b).unwrap().intersecting, "{context}: {contact:?}");
+            let mut manifolds: Vec<ContactManifold<(), ()>> = vec![];
+            dispatcher.contact_manifolds(&pose, a, b, 0.01, &mut manifolds, &mut None).unwrap();
+            let deepest = manifolds.iter().flat_map(|manifold| &manifold.points).map(|point| point.dist);
+            assert!((deepest.fold(0.0, f32::min) - contact.dist).abs() < 1e-3, "{context}: {contact:?}");
+            let options = ShapeCastOptions::with_max_time_of_impact(1.0);
+            let hit = dispatcher.cast_shapes(&pose, Vector::X, a, b, options).unwrap().expect(&context);
+            assert_eq!(hit.status, ShapeCastStatus::PenetratingOrWithinTargetDist, "{context}");
         }
     }
 }

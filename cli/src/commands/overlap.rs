@@ -40,10 +40,10 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
     };
     let bodies = Bodies::read(&options, &sides)?;
     let read = started.elapsed().as_secs_f64();
-    let found = bodies.as_ref().map_or(Overlap::default(), |bodies| {
-        let [a, b] = &bodies.fields;
-        a.overlap_in(b, &options, &bodies.region)
-    });
+    let found = match &bodies {
+        None => Overlap::default(),
+        Some(Bodies { fields: [a, b], region, .. }) => a.overlap_in(b, &options, region)?,
+    };
     let meetings: Vec<OverlapRecord> =
         found.points.iter().map(OverlapRecord::from).chain(found.pieces.iter().map(OverlapRecord::from)).collect();
     let query = started.elapsed().as_secs_f64() - read;

@@ -28,13 +28,35 @@ pub enum NoRegion {
     TooFar,
 }
 
+impl core::fmt::Display for NoRegion {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::Separated => "the fields are farther apart than the margin",
+            Self::Unbounded => "the box in which the fields may touch is unbounded, or the margin is not finite",
+            Self::TooFar => "coordinates exceed 1e18 where the fields may touch: scale them down",
+        })
+    }
+}
+
+impl core::error::Error for NoRegion {}
+
 impl<'a, A: EnclosedSdf, B: EnclosedSdf> Pair<'a, A, B> {
     /// `margin` is the largest φ of either field at which they touch; a negative one asks for so much depth in both.
     pub fn new(a: &'a A, b: &'a B, margin: f64) -> Result<Self, NoRegion> {
+        Self::within(a, b, margin, &Aabb::EVERYWHERE)
+    }
+
+    /// A pair whose search is restricted to a box: nothing is evaluated or found outside, and `Separated` is a statement about the box.
+    /// Both fields may be unbounded if the box is not.
+    pub fn within(a: &'a A, b: &'a B, margin: f64, limits: &Aabb) -> Result<Self, NoRegion> {
+        if !margin.is_finite() {
+            return Err(NoRegion::Unbounded);
+        }
         let [bounds_a, bounds_b] = [a.bounds(margin), b.bounds(margin)].map(widen);
-        let region = bounds_a.intersection(&bounds_b).ok_or(NoRegion::Separated)?;
+        let common = bounds_a.intersection(&bounds_b).and_then(|common| common.intersection(limits));
+        let region = common.ok_or(NoRegion::Separated)?;
         let farthest = [region.min, region.max].iter().flatten().fold(0.0_f64, |farthest, x| farthest.max(x.abs()));
-        if !(margin.is_finite() && farthest.is_finite()) {
+        if !farthest.is_finite() {
             return Err(NoRegion::Unbounded);
         }
         if farthest <= <f32 as Real>::MAX_COORDINATE {

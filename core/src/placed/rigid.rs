@@ -46,6 +46,13 @@ impl Rigid {
     }
 }
 
+/// A rigid motion is a similarity of scale 1.
+impl From<Rigid> for Similarity {
+    fn from(Rigid(similarity): Rigid) -> Self {
+        similarity
+    }
+}
+
 impl Placement for Rigid {
     #[inline(always)]
     fn pull<R: Real>(&self, world_point: Vector3<R>) -> LocalPoint<R> {
@@ -75,5 +82,17 @@ impl Placement for Rigid {
     #[inline(always)]
     fn magnitude<R: Real>(&self) -> R {
         self.0.magnitude()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_rigid_motion_is_the_similarity_of_scale_one() {
+        let (translation, rotation) = ([1.0, -2.0, 0.5], [0.1, 0.2, 0.3, 2.0]);
+        let similarity = Similarity::from(Rigid::new(translation, rotation).unwrap());
+        assert_eq!(similarity, Similarity::new(translation, rotation, 1.0).unwrap());
     }
 }

@@ -21,6 +21,20 @@ use crate::{Aabb, ErrorBound, Relaxation, Simplex};
 /// let scene: [&dyn DynSdf; 2] = [&sphere, &torus];
 /// assert_eq!(scene.map(|field| field.value(Vector3::new(2.0, 0.0, 0.0))), [1.5, 0.75]);
 /// ```
+///
+/// With the feature `alloc`, a `Box` and an `Arc` of a field is one too, and takes part in combinations and placements. Threads share
+/// a `dyn DynSdf + Send + Sync`:
+///
+/// ```
+/// # #[cfg(feature = "alloc")] {
+/// use std::sync::Arc;
+/// use sdf_core::{DynSdf, Sdf, combine::Offset, nalgebra::Vector3, shapes::Sphere};
+/// let plug_in: Arc<dyn DynSdf + Send + Sync> = Arc::new(Sphere::new(0.5).unwrap());
+/// let grown = Offset::new(plug_in.clone(), 0.25).unwrap();
+/// let value = std::thread::spawn(move || grown.value(Vector3::new(2.0, 0.0, 0.0))).join().unwrap();
+/// assert_eq!(value, plug_in.value(Vector3::new(2.0, 0.0, 0.0)) - 0.25);
+/// # }
+/// ```
 pub trait DynSdf:
     EvaluateIn<f32>
     + EvaluateIn<f64>

@@ -2,6 +2,7 @@
 
 use sdf_bake::InvalidMesh;
 use sdf_bake::error_budget::ErrorBudgetError;
+use sdf_core::grid::owned::Layout;
 
 /// Why a mesh cannot be baked.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,6 +20,13 @@ pub enum BakeError {
         /// The requested cells.
         band: u32,
     },
+    /// [`GridSize::Cells`](super::GridSize::Cells) of none.
+    NoCells,
+    /// [`GridSize::VoxelSize`](super::GridSize::VoxelSize) is not a positive finite length.
+    InvalidVoxel {
+        /// The requested length.
+        size: f64,
+    },
     /// The voxels are larger than a thousand times the mesh.
     VoxelTooLarge {
         /// The longest side of the mesh.
@@ -26,6 +34,8 @@ pub enum BakeError {
     },
     /// The grid has more nodes than can be numbered, or takes more memory than there is.
     TooLarge {
+        /// Dense or sparse.
+        layout: Layout,
         /// Nodes along each axis.
         nodes: [f64; 3],
         /// Bricks of a sparse grid, once they are known.
@@ -49,15 +59,20 @@ impl std::fmt::Display for BakeError {
                 write!(f, "welding and closing need a positive finite length, not {length:?}")
             }
             Self::BandOutOfRange { band } => write!(f, "band {band}: give 1 to 1000 cells"),
+            Self::NoCells => f.write_str("a grid needs a cell along its longest side: give 1 or more"),
+            Self::InvalidVoxel { size } => write!(f, "voxels need a positive finite size, not {size:?}"),
             Self::VoxelTooLarge { side } => write!(f, "the whole mesh is {side:?} long: take smaller voxels"),
-            Self::TooLarge { nodes, bytes, free, .. } => {
+            Self::TooLarge { layout, nodes, bytes, free, .. } => {
                 write!(f, "a grid of {} nodes ", nodes.map(many).join(" × "))?;
                 let Some(bytes) = *bytes else {
                     return f.write_str("is too large: take larger voxels");
                 };
                 write!(f, "needs {} bytes", many(bytes))?;
                 free.map_or(Ok(()), |free| write!(f, ", and {} are free", many(free)))?;
-                f.write_str(": take larger voxels or a sparse grid")
+                f.write_str(match layout {
+                    Layout::Dense => ": take larger voxels or a sparse grid",
+                    Layout::Sparse => ": take larger voxels",
+                })
             }
             Self::ErrorBudget(error) => error.fmt(f),
             Self::Cancelled => f.write_str("the bake was cancelled"),

@@ -115,7 +115,15 @@ impl Default for BakeOptions {
 }
 
 impl BakeOptions {
-    pub(super) fn require_band(&self) -> Result<(), BakeError> {
+    /// Refuses a size or a band that no grid has.
+    pub(super) fn check(&self) -> Result<(), BakeError> {
+        match self.size {
+            GridSize::Cells(0) => return Err(BakeError::NoCells),
+            GridSize::VoxelSize(size) if !(size > 0.0 && size.is_finite()) => {
+                return Err(BakeError::InvalidVoxel { size });
+            }
+            _ => {}
+        }
         if (1..=1000).contains(&self.band) { Ok(()) } else { Err(BakeError::BandOutOfRange { band: self.band }) }
     }
 

@@ -146,7 +146,7 @@ impl Memory {
 
     fn require_streamed(self, baker: &SparseBaker, precision: Precision) -> Result<(), BakeError> {
         let bytes = baker.max_streamed_bytes_as(precision, self.bricks_at_a_time()) as f64;
-        self.require(baker.lattice().nodes().map(f64::from), Some(baker), bytes)
+        self.require(Layout::Sparse, baker.lattice().nodes().map(f64::from), Some(baker), bytes)
     }
 }
 

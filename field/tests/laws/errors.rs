@@ -67,6 +67,27 @@ fn a_grid_of_very_many_nodes_is_refused_in_few_digits() {
 }
 
 #[test]
+fn a_size_that_no_grid_has_is_refused_by_its_name() {
+    let mesh = MeshView { points: &[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], faces: &[[0, 1, 2]] };
+    let why = |size| Field::bake(mesh, &BakeOptions { size, ..BakeOptions::default() }).unwrap_err().to_string();
+    assert_eq!(why(GridSize::Cells(0)), "a grid needs a cell along its longest side: give 1 or more");
+    for (size, words) in [(-0.1, "-0.1"), (0.0, "0.0"), (f64::NAN, "NaN"), (f64::INFINITY, "inf")] {
+        assert_eq!(why(GridSize::VoxelSize(size)), format!("voxels need a positive finite size, not {words}"));
+    }
+}
+
+#[test]
+fn a_sparse_grid_that_is_too_large_is_not_told_to_be_sparse() {
+    let mesh = MeshView { points: &[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], faces: &[[0, 1, 2]] };
+    let why = |layout| {
+        let options = BakeOptions { size: GridSize::VoxelSize(1e-20), layout, ..BakeOptions::default() };
+        Field::bake(mesh, &options).unwrap_err().to_string()
+    };
+    assert!(why(Layout::Dense).ends_with(": take larger voxels or a sparse grid"), "{}", why(Layout::Dense));
+    assert!(why(Layout::Sparse).ends_with(": take larger voxels"), "{}", why(Layout::Sparse));
+}
+
+#[test]
 fn every_method_is_parsed_from_its_name_and_nothing_else_is() {
     let counts = [0, 1, 4, 5, 16, 64, 1000, u32::MAX];
     let sampling = counts.into_iter().flat_map(|n| [Method::Sampling(n), Method::SamplingWithCorners(n)]);

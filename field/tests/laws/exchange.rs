@@ -213,4 +213,9 @@ fn what_cannot_be_exported_says_why() {
     let too_large = refusal(sphere(), ExportFormat::Npy, Some(1_000_000));
     assert!(matches!(too_large, ExportError::TooLarge { .. }), "{too_large}");
     assert!(too_large.to_string().contains("use fewer cells"));
+    for format in [ExportFormat::Npy, ExportFormat::Glb, ExportFormat::Nvdb] {
+        assert_eq!(refusal(sphere(), format, Some(0)).to_string(), "cells 0: give 1 cell or more");
+    }
+    let no_band = sphere().export(ExportFormat::Nvdb, &ExportOptions { band: Some(0), ..ExportOptions::default() });
+    assert_eq!(no_band.unwrap_err().to_string(), "band 0: give 1 cell or more");
 }

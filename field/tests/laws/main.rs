@@ -25,6 +25,7 @@ mod lean;
 mod memory;
 mod overlap;
 mod reach;
+mod refusals;
 mod saves;
 mod stretched;
 mod visited_contacts;

@@ -1,5 +1,6 @@
 //! Two fields against each other, as a program asks: closed forms, a baked grid, poses, and what is refused.
 
+use sdf_field::core::Aabb;
 use sdf_field::core::placed::Rigid;
 use sdf_field::core::shapes::{HalfSpace, Octahedron, Sphere};
 use sdf_field::{BakeOptions, Field, MeshView, Overlap, OverlapError, OverlapOptions, OverlapVerdict};
@@ -84,7 +85,7 @@ fn a_baked_grid_touches_where_its_shape_does() {
 fn a_search_in_the_region_of_a_pair_is_the_search() {
     let (a, b, options) = (Field::new(Octahedron::new(1.0).unwrap()), sphere(), raised(1.4));
     let region = a.overlap_region(&b, &options, [true; 2]).unwrap().unwrap();
-    assert_eq!(a.overlap_in(&b, &options, &region), a.overlap(&b, &options).unwrap());
+    assert_eq!(a.overlap_in(&b, &options, &region), a.overlap(&b, &options));
     // By bounds alone the box is no smaller.
     let by_bounds = a.overlap_region(&b, &options, [false; 2]).unwrap().unwrap();
     assert!((0..3).all(|axis| by_bounds.min[axis] <= region.min[axis] && region.max[axis] <= by_bounds.max[axis]));
@@ -104,4 +105,36 @@ fn two_unbounded_fields_are_refused() {
     assert_eq!(error, OverlapError::Unbounded);
     assert!(error.to_string().contains("intersect one of them with a box"));
     assert_eq!(ground.overlap(&sphere(), &OverlapOptions::default()).unwrap().verdict, OverlapVerdict::Contact);
+}
+
+/// Half-spaces that share a slab: within a box they touch, although neither they nor the slab are bounded.
+#[test]
+fn two_unbounded_fields_are_searched_within_a_box() {
+    let [up, down] = [1.0, -1.0].map(|z| Field::new(HalfSpace::new([0.0, 0.0, z], 0.5).unwrap()));
+    let found = |limits| up.overlap_in(&down, &OverlapOptions::default(), &limits).unwrap();
+    let here = found(Aabb::centered([1.0; 3]));
+    assert_eq!(here.verdict, OverlapVerdict::Contact);
+    assert!((here.points[0].value + 0.5).abs() < 1e-2 && here.points[0].point.z.abs() < 1e-2);
+    assert_eq!(found(Aabb { min: [-1.0, -1.0, 2.0], max: [1.0, 1.0, 3.0] }).verdict, OverlapVerdict::Separated);
+    let everywhere = up.overlap_in(&down, &OverlapOptions::default(), &Aabb::EVERYWHERE);
+    assert_eq!(everywhere.unwrap_err(), OverlapError::Unbounded);
+}
+
+#[test]
+fn a_search_in_a_box_refuses_what_a_search_everywhere_refuses() {
+    let (here, everywhere) = (Aabb::centered([1.0; 3]), Aabb::EVERYWHERE);
+    let far = Field::new(Sphere::new(1e20).unwrap());
+    assert_eq!(far.overlap_in(&far, &OverlapOptions::default(), &everywhere).unwrap_err(), OverlapError::TooFar);
+    assert_eq!(far.overlap_in(&far, &OverlapOptions::default(), &here).unwrap().verdict, OverlapVerdict::Contact);
+    let refused = [
+        (OverlapOptions { margin: f64::NAN, ..raised(1.5) }, OverlapError::MarginNotFinite),
+        (OverlapOptions { margin: f64::INFINITY, ..raised(1.5) }, OverlapError::MarginNotFinite),
+        (OverlapOptions { resolution: Some(f64::NAN), ..raised(1.5) }, OverlapError::ResolutionOutOfRange),
+        (OverlapOptions { resolution: Some(-1.0), ..raised(1.5) }, OverlapError::ResolutionOutOfRange),
+        (OverlapOptions { resolution: Some(1e-9), ..raised(1.5) }, OverlapError::TooFine),
+    ];
+    for (options, error) in refused {
+        assert_eq!(sphere().overlap(&sphere(), &options).unwrap_err(), error);
+        assert_eq!(sphere().overlap_in(&sphere(), &options, &here).unwrap_err(), error);
+    }
 }

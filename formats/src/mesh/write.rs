@@ -23,6 +23,9 @@ impl MeshFormat {
 }
 
 /// Writes a mesh whole or not at all: OBJ and OFF as text, PLY and STL in binary, little-endian. STL rounds to f32.
+///
+/// # Errors
+/// `InvalidInput` if a triangle names a point that is not there, or a coordinate is NaN, infinite, or in STL beyond f32.
 pub fn write(path: &Path, format: MeshFormat, points: &[[f64; 3]], triangles: &[[u32; 3]]) -> io::Result<()> {
     let bytes = to_bytes(format, points, triangles)?;
     atomic_write(path, |temporary| std::fs::write(temporary, bytes))
@@ -30,12 +33,30 @@ pub fn write(path: &Path, format: MeshFormat, points: &[[f64; 3]], triangles: &[
 
 /// The bytes that [`write()`] would write.
 pub fn to_bytes(format: MeshFormat, points: &[[f64; 3]], triangles: &[[u32; 3]]) -> io::Result<Vec<u8>> {
+    check(format, points, triangles)?;
     Ok(match format {
         MeshFormat::Obj => obj(points, triangles).into_bytes(),
         MeshFormat::Ply => ply(points, triangles),
-        MeshFormat::Stl => stl(points, triangles)?,
+        MeshFormat::Stl => stl(points, triangles),
         MeshFormat::Off => off(points, triangles).into_bytes(),
     })
+}
+
+/// Refuses what the readers would refuse.
+fn check(format: MeshFormat, points: &[[f64; 3]], triangles: &[[u32; 3]]) -> io::Result<()> {
+    let invalid = |message| Err(io::Error::new(io::ErrorKind::InvalidInput, message));
+    let is_written = |x: &f64| if format == MeshFormat::Stl { (*x as f32).is_finite() } else { x.is_finite() };
+    if let Some(point) = points.iter().position(|point| !point.iter().all(is_written)) {
+        return invalid(format!("point {point} has a coordinate that is not finite or too large for the format"));
+    }
+    let is_missing = |index: &u32| *index as usize >= points.len();
+    if let Some(triangle) = triangles.iter().position(|corners| corners.iter().any(is_missing)) {
+        return invalid(format!("triangle {triangle} names a point that is not among the {}", points.len()));
+    }
+    match u32::try_from(triangles.len()) {
+        Err(_) if format == MeshFormat::Stl => invalid("STL has at most 2^32 - 1 triangles".to_owned()),
+        _ => Ok(()),
+    }
 }
 
 /// How many triangles with an area have none in a file of this format: STL rounds their corners to f32.
@@ -106,11 +127,9 @@ fn ply(points: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<u8> {
     bytes
 }
 
-fn stl(points: &[[f64; 3]], triangles: &[[u32; 3]]) -> io::Result<Vec<u8>> {
-    let count = u32::try_from(triangles.len())
-        .map_err(|_| io::Error::new(io::ErrorKind::InvalidInput, "STL has at most 2^32 - 1 triangles"))?;
+fn stl(points: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<u8> {
     let mut bytes = vec![b' '; 80];
-    bytes.extend(count.to_le_bytes());
+    bytes.extend((triangles.len() as u32).to_le_bytes());
     for corners in triangles {
         let [a, b, c] = corners.map(|index| Vector3::from(points[index as usize]));
         let normal = (b - a).cross(&(c - a)).try_normalize(0.0).unwrap_or_default();
@@ -118,7 +137,7 @@ fn stl(points: &[[f64; 3]], triangles: &[[u32; 3]]) -> io::Result<Vec<u8>> {
         bytes.extend(numbers.iter().flat_map(|vector| vector.iter()).flat_map(|x| (*x as f32).to_le_bytes()));
         bytes.extend([0; 2]);
     }
-    Ok(bytes)
+    bytes
 }
 
 #[cfg(test)]
@@ -135,6 +154,25 @@ mod tests {
             let mesh = read_bytes(&bytes, "written").unwrap();
             assert_eq!((mesh.points.as_slice(), mesh.triangles.as_slice()), (&points[..], &triangles[..]));
         }
+    }
+
+    #[test]
+    fn a_mesh_that_the_readers_would_refuse_is_not_written() {
+        let points = [[0.0, 0.0, 0.0], [1.5, 0.0, 0.0], [0.0, 2.25, -0.125]];
+        for format in [MeshFormat::Obj, MeshFormat::Ply, MeshFormat::Stl, MeshFormat::Off] {
+            let refused = |points: &[[f64; 3]], triangles: &[[u32; 3]]| {
+                let error = to_bytes(format, points, triangles).unwrap_err();
+                assert_eq!(error.kind(), io::ErrorKind::InvalidInput, "{format:?}");
+                error.to_string()
+            };
+            let missing = refused(&points, &[[0, 1, 2], [0, 1, 3]]);
+            assert_eq!(missing, "triangle 1 names a point that is not among the 3");
+            for x in [f64::NAN, f64::INFINITY] {
+                let not_finite = [points[0], [0.0, x, 0.0], points[2]];
+                assert!(refused(&not_finite, &[[0, 1, 2]]).starts_with("point 1 has a coordinate"), "{format:?}");
+            }
+        }
+        assert!(to_bytes(MeshFormat::Stl, &[[1e39, 0.0, 0.0]], &[]).is_err());
     }
 
     #[test]

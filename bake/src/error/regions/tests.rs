@@ -57,7 +57,7 @@ fn slots_decide_for_their_cells_what_each_would_by_itself() {
     for resolution in [21.0, 46.0] {
         let lattice = lattice_around(&mesh.bounds(), mesh.bounds().longest_side() / resolution, 3).unwrap();
         let band = 3.0 * lattice.spacing();
-        let sparse = SparseBaker::new(&mesh, &lattice, band).bake_as(Precision::U16, &|_| ());
+        let sparse = SparseBaker::new(&mesh, &lattice, band).unwrap().bake_as(Precision::U16, &|_| ());
         let dense = dense::bake(&mesh, &lattice, &|_| ()).into_grid(&lattice);
         for (baked, band) in [(sparse, Some(band)), (dense, None)] {
             let found = mesh.error_regions(&baked).unwrap();

@@ -36,7 +36,7 @@ fn worst_error<C: Quantize>(name: &str, mesh: &Mesh, cells: u32, random: &mut Ra
     let distance = MeshDistance::new(&baked, None);
     let lattice = lattice(&baked, cells);
     let band = BAND * lattice.spacing();
-    let grid = sparse::bake::<C>(&distance, &lattice, band, &|_| ());
+    let grid = sparse::bake::<C>(&distance, &lattice, band, &|_| ()).unwrap();
     let storage = Sparse::new(&lattice, &grid).unwrap();
     let field = Grid::new(lattice, storage, grid.slope_bound).unwrap().with_band(band);
     let field = field.with_error_bound(grid.error_bound).with_deep_error(DEEP_ERROR * lattice.spacing());
@@ -87,7 +87,7 @@ fn depths_in_an_open_mesh_are_within_the_bound_where_the_sign_is_right() {
         let distance = MeshDistance::new(&baked, None);
         let lattice = lattice(&baked, 96);
         let band = BAND * lattice.spacing();
-        let grid = sparse::bake::<f32>(&distance, &lattice, band, &|_| ());
+        let grid = sparse::bake::<f32>(&distance, &lattice, band, &|_| ()).unwrap();
         let field =
             Grid::new(lattice, Sparse::new(&lattice, &grid).unwrap(), grid.slope_bound).unwrap().with_band(band);
         let mut wrong = 0;
@@ -110,7 +110,7 @@ fn a_ball_is_a_tenth_deep_where_it_is() {
     let mesh = meshes::icosphere(5).scaled(0.5).baked();
     let distance = MeshDistance::new(&mesh, None);
     let lattice = sdf_bake::lattice_around(&mesh.bounds(), 1.0 / 128.0, 4).unwrap();
-    let grid = sparse::bake::<u16>(&distance, &lattice, BAND / 128.0, &|_| ());
+    let grid = sparse::bake::<u16>(&distance, &lattice, BAND / 128.0, &|_| ()).unwrap();
     let field = Grid::new(lattice, Sparse::new(&lattice, &grid).unwrap(), grid.slope_bound).unwrap();
     for (x, deep) in [(0.4_f64, 0.1_f64), (0.3, 0.2), (0.2, 0.3), (0.1, 0.4)] {
         let value = field.value([x, 0.0, 0.0].into());

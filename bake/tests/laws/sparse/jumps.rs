@@ -26,7 +26,7 @@ fn check<C: Quantize>(name: &str, mesh: &Mesh, cells: u32, random: &mut Random) 
     let bounds = baked.bounds();
     let lattice = sdf_bake::lattice_around(&bounds, bounds.longest_side() / f64::from(cells), 4).unwrap();
     let band = BAND * lattice.spacing();
-    let grid: SparseGrid<C> = sparse::bake(&distance, &lattice, band, &|_| ());
+    let grid: SparseGrid<C> = sparse::bake(&distance, &lattice, band, &|_| ()).unwrap();
     let storage = Sparse::new(&lattice, &grid).unwrap();
     let field = Grid::new(lattice, storage, grid.slope_bound).unwrap().with_band(band);
     let field = field.with_error_bound(grid.error_bound).with_deep_error(DEEP_ERROR * lattice.spacing());

@@ -39,7 +39,7 @@ fn check(name: &str, mesh: &Mesh, cells: u32, sign: Option<SignMethod>, random: 
     let distance = MeshDistance::new(&baked, sign);
     let lattice = lattice_around(&baked.bounds(), baked.bounds().longest_side() / f64::from(cells), 3).unwrap();
     let h = lattice.spacing();
-    let grid = SparseBaker::new(&distance, &lattice, BAND * h).bake::<f32>(&|_| ());
+    let grid = SparseBaker::new(&distance, &lattice, BAND * h).unwrap().bake::<f32>(&|_| ());
     let corners = mesh.corners_with_area();
     let mut near = 0;
     for _ in 0..800 {

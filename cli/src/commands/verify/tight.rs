@@ -36,7 +36,7 @@ pub fn require_bricks(path: &Path, subject: &Subject) -> Result<()> {
 pub fn tight_bound(grid: &OwnedGrid, band: f64, mesh: &TriangleMesh) -> Option<TightBound> {
     let (lattice, storage) = (grid.lattice(), grid.storage());
     let truth = MeshDistance::new(mesh, None);
-    let interpolations = SparseBaker::new(&truth, lattice, band).tight_errors(storage.slots())?;
+    let interpolations = SparseBaker::new(&truth, lattice, band).ok()?.tight_errors(storage.slots())?;
     let rounding = node_rounding(&truth, lattice, band);
     let known = storage.brick_errors().iter().map(|error| f64::from(*error));
     let with_rounding = |(brick, (interpolation, known)): (usize, (f64, f64))| {
