@@ -23,7 +23,8 @@ pub struct ContactOptions {
     pub elements: Elements,
     /// How the minimum on an element is searched.
     pub method: Method,
-    /// Elements with φ ≤ margin anywhere are contacts: a length in the unit of the mesh; negative: only at least so deep.
+    /// Elements with φ ≤ margin anywhere are contacts: a length in the unit of the mesh; negative: only at least so deep;
+    /// infinite: all elements.
     pub margin: f64,
     /// Where the field stands in the mesh's frame; `None` where it is already there.
     pub pose: Option<Rigid>,
@@ -110,7 +111,7 @@ impl ContactOptions {
     /// Refuses options that do not go together, and a margin or a tolerance that is not a number.
     pub(crate) fn check(&self) -> Result<(), QueryError> {
         match () {
-            () if !self.margin.is_finite() => Err(QueryError::MarginOutOfRange),
+            () if self.margin.is_nan() => Err(QueryError::MarginIsNan),
             () if !(self.tolerance > 0.0 && self.tolerance.is_finite()) => Err(QueryError::ToleranceOutOfRange),
             () if self.lean && (self.all_minima || self.complete || self.exact) => Err(QueryError::LeanLeavesOut),
             () => Ok(()),

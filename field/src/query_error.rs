@@ -30,8 +30,8 @@ pub enum QueryError {
     LeanLeavesOut,
     /// Clusters or margins are not those of the mesh: they have another number of faces.
     FaceCountDiffers,
-    /// The margin is NaN or infinite.
-    MarginOutOfRange,
+    /// The margin is NaN.
+    MarginIsNan,
     /// The tolerance is not a positive finite number.
     ToleranceOutOfRange,
     /// The margin of this face is NaN or infinite.
@@ -79,7 +79,7 @@ impl std::fmt::Display for QueryError {
             Self::FaceCountDiffers => {
                 f.write_str("clusters and margins must be those of the mesh: they have another number of faces")
             }
-            Self::MarginOutOfRange => f.write_str("the margin must be a finite length"),
+            Self::MarginIsNan => f.write_str("the margin is NaN: give a length"),
             Self::ToleranceOutOfRange => f.write_str("the tolerance must be a positive finite number, such as 1e-3"),
             Self::MarginNotFinite(face) => write!(f, "the margin of face {face} must be a finite length"),
             Self::VertexCountDiffers => {

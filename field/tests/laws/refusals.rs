@@ -26,10 +26,8 @@ fn a_margin_or_a_tolerance_that_is_not_a_number_is_refused() {
         let default = ContactOptions { lean, complete, ..ContactOptions::default() };
         assert!(refused(&default).iter().all(Option::is_none), "lean {lean}, complete {complete}");
         let default = ContactOptions { exact, ..default };
-        for margin in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-            let errors = refused(&ContactOptions { margin, ..default });
-            assert!(errors.iter().all(|error| *error == Some(QueryError::MarginOutOfRange)), "{margin}: {errors:?}");
-        }
+        let errors = refused(&ContactOptions { margin: f64::NAN, ..default });
+        assert!(errors.iter().all(|error| *error == Some(QueryError::MarginIsNan)), "{errors:?}");
         for tolerance in [f64::NAN, f64::INFINITY, 0.0, -1.0] {
             let errors = refused(&ContactOptions { tolerance, ..default });
             assert!(
@@ -44,4 +42,12 @@ fn a_margin_or_a_tolerance_that_is_not_a_number_is_refused() {
 fn a_margin_that_is_nan_is_called_that() {
     let error = Field::new(Sphere::new(1.0).unwrap()).check_margin(f64::NAN).unwrap_err();
     assert_eq!(error.to_string(), "the margin is NaN: give a length");
+}
+
+#[test]
+fn an_infinite_margin_finds_all_elements() {
+    let ball = Field::new(Sphere::new(1.0).unwrap());
+    let options = ContactOptions { margin: f64::INFINITY, elements: Elements::Vertices, ..ContactOptions::default() };
+    let points = [[0.0; 3], [5.0, 0.0, 0.0], [0.0, 0.0, -1e9]];
+    assert_eq!(ball.contacts(MeshView { points: &points, faces: &[] }, &options).unwrap().contacts.len(), 3);
 }
