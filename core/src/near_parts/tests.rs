@@ -33,6 +33,9 @@ impl<F: Sdf> Sdf for Whole<F> {
     fn magnitude<R: Real>(&self) -> R {
         self.0.magnitude()
     }
+    fn extent<R: Real>(&self) -> R {
+        self.0.extent()
+    }
 }
 
 impl<F: Sdf> EnclosedSdf for Whole<F> {}
