@@ -153,7 +153,7 @@ fn one_mesh_with_an_option_of_several_is_not_called_several() {
     folder.write("sheet.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     for words in ["--resume -o x.h5", "--jobs 3 -o x.h5", "--out-dir grids -o x.h5", "--resume --view x.html"] {
         let line = folder.misused(&format!("bake sheet.obj --res 8 {words}"));
-        says(&line, &["--resume, --jobs and --out-dir need no -o", "give --out-dir"]);
+        says(&line, &["--resume, --jobs and --out-dir do not go with -o", "give --out-dir"]);
     }
     folder.write("other.obj", folder.read("sheet.obj"));
     says(&folder.misused("bake sheet.obj other.obj --res 8 -o x.h5"), &["-o and --view are for one mesh"]);
