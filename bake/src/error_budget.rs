@@ -21,7 +21,7 @@ use crate::rounding::{
     BOUND_ROUNDING, BRICK_DISTANCE_ROUNDING, DEQUANTIZED_ROUNDING, NODE_POSITION_ROUNDING, max_coordinate,
 };
 use crate::sparse::{Certify, SparseBaker};
-use crate::{BakedGrid, MeshDistance, lattice_around};
+use crate::{BakedGrid, MeshDistance, Progress, lattice_around};
 
 /// Requirements of a sparse grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -179,17 +179,19 @@ struct SizeInMemory {
 }
 
 impl ErrorBudget {
-    /// Plans and bakes a grid, and repeats with a smaller error until the grid's own bound is within the budget. For
-    /// `on_slots_done` see [`SparseBaker::bake`].
+    /// Plans and bakes a grid, and repeats with a smaller error until the grid's own bound is within the budget. How many steps there
+    /// are is known size by size.
     pub fn bake(
         &self,
         mesh: &MeshDistance,
-        on_slots_done: &(dyn Fn(usize) + Sync),
+        on_progress: &(dyn Fn(Progress) + Sync),
     ) -> Result<BakedGrid, ErrorBudgetError> {
         let mut tightened = *self;
         loop {
-            let plan = tightened.plan(mesh).map_err(|refusal| refusal.about(self.max_error))?;
-            let baked = plan.baker.bake_as(plan.precision, on_slots_done);
+            let plan = tightened.plan(mesh, on_progress).map_err(|refusal| refusal.about(self.max_error))?;
+            on_progress(Progress::Total(plan.baker.slot_count() as u64));
+            let on_done = |slots: usize| on_progress(Progress::Done(slots as u64));
+            let baked = plan.baker.bake_as(plan.precision, &on_done);
             if baked.error_bound <= self.max_error {
                 return Ok(baked);
             }
@@ -199,7 +201,11 @@ impl ErrorBudget {
     }
 
     /// Finds the grid to bake. The result does not depend on the number of threads.
-    pub fn plan<'a>(&self, mesh: &'a MeshDistance<'a>) -> Result<Plan<'a>, ErrorBudgetError> {
+    pub fn plan<'a>(
+        &self,
+        mesh: &'a MeshDistance<'a>,
+        on_progress: &(dyn Fn(Progress) + Sync),
+    ) -> Result<Plan<'a>, ErrorBudgetError> {
         if !(self.max_error > 0.0 && self.max_error.is_finite()) {
             return Err(ErrorBudgetError::InvalidError(self.max_error));
         }
@@ -214,7 +220,7 @@ impl ErrorBudget {
             let rounding = self.rounding_at(mesh, 0.0);
             return Err(ErrorBudgetError::BelowRounding { max_error: self.max_error, rounding, achievable });
         };
-        let (certified, fitting) = self.certified_sizes(mesh, sufficient.spacing)?;
+        let (certified, fitting) = self.certified_sizes(mesh, sufficient.spacing, on_progress)?;
         let plans = [Precision::U8, Precision::U16].into_iter().filter_map(|precision| {
             let sizes = certified.iter().copied().chain(self.sufficient_size(mesh, precision));
             let sufficient = sizes.filter(|size| self.error(mesh, *size, precision) <= self.max_error);
@@ -240,13 +246,16 @@ impl ErrorBudget {
 
     /// Size that suffices for any mesh; `None` if rounding alone exceeds the error.
     fn sufficient_size(&self, mesh: &MeshDistance, precision: Precision) -> Option<CertifiedSize> {
-        // Once for `error`, once for this difference and division.
-        let exact = self.max_error / (1.0 + BOUND_ROUNDING) / (1.0 + BOUND_ROUNDING);
-        let rest = exact - self.rounding_at(mesh, 0.0);
+        let rest = self.before_rounding() - self.rounding_at(mesh, 0.0);
         let spacing = rest / (MAX_ERROR + rounding(precision, self.band) + self.voxel_rounding());
         let spacing = spacing.min(mesh.bounds().longest_side() / MIN_CELLS);
         let interpolation = MAX_ERROR * spacing + self.rounding_at(mesh, spacing);
         (spacing > 0.0).then_some(CertifiedSize { spacing, interpolation })
+    }
+
+    /// The error allowed, less rounding: once that of `error`, once that of a difference and a division.
+    fn before_rounding(&self) -> f64 {
+        self.max_error / (1.0 + BOUND_ROUNDING) / (1.0 + BOUND_ROUNDING)
     }
 
     /// Largest rounding of a node's exact distance, a length: what `splat` measures, and the positions of nodes and of the surface.
@@ -268,6 +277,7 @@ impl ErrorBudget {
         &self,
         mesh: &MeshDistance,
         sufficient: f64,
+        on_progress: &(dyn Fn(Progress) + Sync),
     ) -> Result<(Vec<CertifiedSize>, Option<SizeInMemory>), ErrorBudgetError> {
         let spacing = |octaves: f64| sufficient * octaves.exp2();
         let coarsest = (mesh.bounds().longest_side() / MIN_CELLS / sufficient).log2();
@@ -281,7 +291,7 @@ impl ErrorBudget {
             };
             let tried = SizeInMemory { spacing: spacing(octave.into()), bytes: baker.max_bytes_as(Precision::U8) };
             last = Some(tried);
-            let Some(size) = self.certify(mesh, &baker, f64::INFINITY) else { break };
+            let Some(size) = self.certify(mesh, &baker, f64::INFINITY, on_progress) else { break };
             let error = self.error(mesh, size, Precision::U8);
             if error <= self.max_error {
                 lower = octave.into();
@@ -296,7 +306,7 @@ impl ErrorBudget {
         for bisection in 1..=BISECTIONS {
             let middle = lower + (-f64::from(bisection)).exp2();
             let baker = if middle > coarsest { None } else { self.fitting_baker(mesh, spacing(middle)) };
-            let size = baker.and_then(|baker| self.certify(mesh, &baker, self.max_error));
+            let size = baker.and_then(|baker| self.certify(mesh, &baker, self.max_error, on_progress));
             if let Some(size) = size.filter(|size| self.error(mesh, *size, Precision::U8) <= self.max_error) {
                 lower = middle;
                 certified.push(size);
@@ -365,11 +375,22 @@ impl ErrorBudget {
         Some(AchievableError { error: error * (1.0 + 4.0 * BOUND_ROUNDING), spacing, bytes })
     }
 
-    /// `None` if the error exceeds `max_error` or the mesh does not bound one solid.
-    fn certify(&self, mesh: &MeshDistance, baker: &SparseBaker, max_error: f64) -> Option<CertifiedSize> {
+    /// `None` if the error exceeds `max_error` or the mesh does not bound one solid. The error is a bound of no more than the budget needs.
+    fn certify(
+        &self,
+        mesh: &MeshDistance,
+        baker: &SparseBaker,
+        max_error: f64,
+        on_progress: &(dyn Fn(Progress) + Sync),
+    ) -> Option<CertifiedSize> {
         mesh.solid_normals()?;
         let spacing = baker.lattice().spacing();
-        let interpolation = baker.interpolation_error(max_error)? + self.rounding_at(mesh, spacing);
+        let of_samples = rounding(Precision::U8, self.band) * spacing;
+        let sufficient = self.before_rounding() - of_samples - self.rounding_at(mesh, spacing);
+        on_progress(Progress::Total(baker.slot_count() as u64));
+        let on_done = |slots: usize| on_progress(Progress::Done(slots as u64));
+        let exact = baker.interpolation_error(sufficient, max_error, &on_done)?;
+        let interpolation = exact + self.rounding_at(mesh, spacing);
         Some(CertifiedSize { spacing, interpolation })
     }
 }

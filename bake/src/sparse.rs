@@ -50,7 +50,7 @@ mod splat;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, Bricks, Code, Scale};
+use sdf_core::grid::sparse::{BRICK_SAMPLES, Bricks, Code, Scale};
 use sdf_core::grid::{BlockBounds, Lattice};
 
 use thiserror::Error;
@@ -238,26 +238,35 @@ impl<'a> SparseBaker<'a> {
         self.map.streamed_bytes(bricks.saturating_mul(per_brick)).saturating_add(in_progress)
     }
 
-    /// Error of interpolating exact distances within the band, in the grid that [`Self::bake`] returns. `None` if it
-    /// exceeds `max_error`, which takes less time, or if the sign jumps.
-    pub fn interpolation_error(&self, max_error: f64) -> Option<f64> {
+    /// Bound of the error of interpolating exact distances within the band, in the grid that [`Self::bake`] returns. `None` if it
+    /// exceeds `max_error`, or if the sign jumps. It is not tightened below `sufficient`. Both save time. For
+    /// `on_slots_done` see [`Self::bake`].
+    pub fn interpolation_error(
+        &self,
+        sufficient: f64,
+        max_error: f64,
+        on_slots_done: &(dyn Fn(usize) + Sync),
+    ) -> Option<f64> {
         if !self.mesh.is_continuous() {
             return None;
         }
         self.mesh.tree().prepare_packets();
         let is_exceeded = AtomicBool::new(false);
+        // With more triangles than bricks, as of a scanned body, hardly a slot is flat enough to be bounded as a whole.
+        let is_fine = sufficient > 0.0 && self.mesh.tree().corners.len() < self.max_bricks();
         let slot_error = |index: usize| {
             if self.mesh.is_cancelled() || is_exceeded.load(Ordering::Relaxed) {
                 return None;
             }
             let slot = self.map.slot(index);
             let mut guess = 0;
-            let error = self.slot_error(slot, |step| {
-                let node = std::array::from_fn(|axis| slot[axis] * BRICK + step[axis] as u32);
-                let nearest = self.mesh.nearest(self.lattice.node(node).into(), guess);
+            let mut nearest_at = |step: [usize; 3]| {
+                let nearest = self.mesh.nearest(self.node(slot, step), guess);
                 guess = nearest.guess;
                 (nearest.distance, nearest.guess)
-            });
+            };
+            let whole = if is_fine { self.whole_slot_error(slot, &mut nearest_at) } else { f64::INFINITY };
+            let error = if whole <= sufficient { whole } else { self.slot_error(slot, sufficient, nearest_at) };
             if error <= max_error {
                 return Some(error);
             }
@@ -265,8 +274,12 @@ impl<'a> SparseBaker<'a> {
             None
         };
         let wanted = |slots: Range<usize>| slots.filter(|index| self.map.may_need_brick(*index));
-        let max_of_slots =
-            |slots: Range<usize>| wanted(slots).map(slot_error).try_fold(0.0, |max, error| Some(error?.max(max)));
+        let max_of_slots = |slots: Range<usize>| {
+            let count = slots.len();
+            let max = wanted(slots).map(slot_error).try_fold(0.0, |max: f64, error| Some(error?.max(max)));
+            on_slots_done(count);
+            max
+        };
         let errors = sdf_parallel::map_chunks(self.slot_count(), max_of_slots);
         errors.into_iter().try_fold(0.0, |max: f64, error| Some(error?.max(max)))
     }

@@ -23,7 +23,7 @@ use sdf_core::grid::sparse::BRICK_SAMPLES;
 pub use error::BakeError;
 pub use sdf_bake::error_budget::ErrorBudgetError;
 pub use sdf_bake::sparse::Certify;
-pub use sdf_bake::{ErrorRegion, ErrorRegions, InvalidMesh, MeshReport, Topology};
+pub use sdf_bake::{ErrorRegion, ErrorRegions, InvalidMesh, MeshReport, Progress, Topology};
 
 #[cfg(feature = "files")]
 pub use join::merge_parts;
@@ -53,15 +53,6 @@ pub struct Baked {
     pub has_inside: bool,
     /// The error by region, where the sign may change away from triangles.
     pub regions: Option<ErrorRegions>,
-}
-
-/// Work done so far, and all of it as far as it is known, in steps of no fixed length.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Progress {
-    /// So many steps are to come in all.
-    Total(u64),
-    /// So many more are done.
-    Done(u64),
 }
 
 impl Baked {
@@ -302,12 +293,7 @@ fn bake_within(
     };
     let max_bytes = memory.bytes() as usize;
     let budget = ErrorBudget { max_error, band: f64::from(options.band), padding: options.padding, max_bytes };
-    let on_done = |slots: usize| {
-        // How many there are is known only when a size has been picked.
-        on_progress(Progress::Total(slots as u64));
-        on_progress(Progress::Done(slots as u64));
-    };
-    let baked = budget.bake(distance, &on_done).map_err(BakeError::ErrorBudget)?;
+    let baked = budget.bake(distance, on_progress).map_err(BakeError::ErrorBudget)?;
     let band = f64::from(options.band) * baked.grid.lattice().spacing();
     Ok((baked, Some(band)))
 }

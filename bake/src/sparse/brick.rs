@@ -43,7 +43,7 @@ impl SparseBaker<'_> {
             CodesMut::U8(codes) => encode(&values, &rounded, codes),
         };
         let rounding = rounding + position_rounding(self.mesh, &self.lattice);
-        let interpolation = self.slot_error(slot, |[x, y, z]| {
+        let interpolation = self.slot_error(slot, 0.0, |[x, y, z]| {
             let triangle = search.nearest([x, y, z]).slot.map_or(search.guess(), |triangle| triangle as usize);
             (distances[(z * SIDE + y) * SIDE + x], triangle)
         });

@@ -196,7 +196,7 @@ impl SparseBaker<'_> {
         let interpolation = if is_certified {
             f64::from(brick.interpolation).min(MAX_ERROR) * spacing
         } else {
-            self.slot_error(slot, |step| {
+            self.slot_error(slot, 0.0, |step| {
                 let triangle = triangle(brick.nearest_to(arch, offset(step), list.len())[0]);
                 let nearest = nearest_on_triangle(self.node(slot, step), mesh.tree().corners[triangle]);
                 (nearest.distance_sq.sqrt(), triangle)

@@ -1,9 +1,9 @@
 //! Grids baked to an error budget.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use sdf_bake::error_budget::{ErrorBudget, ErrorBudgetError};
-use sdf_bake::{MeshDistance, TriangleMesh};
+use sdf_bake::{MeshDistance, Progress, TriangleMesh};
 use sdf_core::Sdf;
 use sdf_core::grid::owned::OwnedGrid;
 use sdf_core::nalgebra::Vector3;
@@ -47,7 +47,7 @@ fn a_grid_baked_to_a_budget_is_off_by_no_more() {
         let distance = MeshDistance::new(&mesh, None);
         for fraction in [0.3, 0.02] {
             let budget = budget(fraction * mesh.bounds().longest_side());
-            let plan = budget.plan(&distance).unwrap();
+            let plan = budget.plan(&distance, &|_| ()).unwrap();
             let baked = budget.bake(&distance, &|_| ()).unwrap();
             assert_eq!(
                 *baked.grid.lattice(),
@@ -76,7 +76,7 @@ fn a_budget_is_met_by_the_same_voxels_in_any_unit() {
     let planned = |unit: f64| {
         let mesh = needle(unit);
         let distance = MeshDistance::new(&mesh, None);
-        let plan = budget(0.02 * mesh.bounds().longest_side()).plan(&distance).unwrap();
+        let plan = budget(0.02 * mesh.bounds().longest_side()).plan(&distance, &|_| ()).unwrap();
         (plan.baker.lattice().spacing() / unit, plan.error_bound / unit, plan.bytes)
     };
     let expected = planned(1.0);
@@ -109,7 +109,7 @@ fn a_budget_beyond_the_memory_limit_is_refused_with_what_fits_the_limit() {
             [(1e-4, 3 << 20), (1e-5, 3 << 20), (1e-6, 3 << 20), (1e-12, 4 << 20), (1e-30, 1 << 20)]
         {
             let budget = ErrorBudget { max_bytes, ..budget(fraction * mesh.bounds().longest_side()) };
-            let Err(refusal) = budget.plan(&distance) else { panic!("{name}: {fraction} in {max_bytes}") };
+            let Err(refusal) = budget.plan(&distance, &|_| ()) else { panic!("{name}: {fraction} in {max_bytes}") };
             println!("{name}: {refusal}");
             let (max_error, achievable) = match &refusal {
                 ErrorBudgetError::TooLarge { max_error, bytes: Some(bytes), achievable, .. } if fraction >= 1e-5 => {
@@ -128,7 +128,7 @@ fn a_budget_beyond_the_memory_limit_is_refused_with_what_fits_the_limit() {
             let again = ErrorBudget { max_error: achievable.error, ..budget }.bake(&distance, &|_| ());
             assert!(again.unwrap().error_bound <= achievable.error, "{name}");
         }
-        let nothing = ErrorBudget { max_bytes: 1000, ..budget(0.1) }.plan(&distance).err();
+        let nothing = ErrorBudget { max_bytes: 1000, ..budget(0.1) }.plan(&distance, &|_| ()).err();
         assert!(matches!(nothing, Some(ErrorBudgetError::TooLarge { achievable: None, .. })), "{name}: {nothing:?}");
     }
 }
@@ -138,24 +138,29 @@ fn a_budget_beyond_the_memory_limit_is_refused_with_what_fits_the_limit() {
 fn an_error_below_the_rounding_of_positions_is_refused_at_once() {
     let mesh = meshes::icosphere(2).moved(2.0_f64.powi(40), 0.0, 0.0).baked();
     let distance = MeshDistance::new(&mesh, None);
-    let slots = AtomicUsize::new(0);
-    let bake = |max_error| {
-        budget(max_error).bake(&distance, &|done| {
-            slots.fetch_add(done, Ordering::Relaxed);
-        })
+    let (total, done) = (AtomicU64::new(0), AtomicU64::new(0));
+    let count = |progress: Progress| {
+        match progress {
+            Progress::Total(slots) => total.fetch_add(slots, Ordering::Relaxed),
+            Progress::Done(slots) => done.fetch_add(slots, Ordering::Relaxed),
+        };
     };
+    let bake = |max_error| budget(max_error).bake(&distance, &count);
     let refusal = bake(0.003).unwrap_err();
     let ErrorBudgetError::BelowRounding { max_error: 0.003, achievable: Some(achievable), .. } = refusal else {
         panic!("{refusal}")
     };
-    assert_eq!(slots.load(Ordering::Relaxed), 0);
+    assert_eq!(done.load(Ordering::Relaxed), 0);
     assert!(bake(achievable.error).unwrap().error_bound <= achievable.error);
     // Just above the rounding, one bake is enough.
-    slots.store(0, Ordering::Relaxed);
-    let baked = bake(0.02).unwrap();
-    assert!(baked.error_bound <= 0.02);
-    let one_bake = budget(0.02).plan(&distance).unwrap().baker.slot_count();
-    assert_eq!(slots.load(Ordering::Relaxed), one_bake);
+    for slots in [&total, &done] {
+        slots.store(0, Ordering::Relaxed);
+    }
+    let one_bake = budget(0.02).plan(&distance, &count).unwrap().baker.slot_count() as u64;
+    let planned = [&total, &done].map(|slots| slots.swap(0, Ordering::Relaxed));
+    assert_eq!(planned[0], planned[1], "sizes that are given up count as done");
+    assert!(bake(0.02).unwrap().error_bound <= 0.02);
+    assert_eq!([total.into_inner(), done.into_inner()], planned.map(|slots| slots + one_bake));
 }
 
 #[test]

@@ -59,7 +59,7 @@ fn a_band_that_is_not_a_length_is_refused() {
         let refused = SparseBaker::new(&distance, &lattice, band).err().expect("a refusal").to_string();
         assert_eq!(refused, InvalidBand(band).to_string());
         let budget = ErrorBudget { max_error: 0.1, band, padding: 2, max_bytes: 1 << 28 };
-        assert!(matches!(budget.plan(&distance).err(), Some(ErrorBudgetError::InvalidBand(_))), "{band}");
+        assert!(matches!(budget.plan(&distance, &|_| ()).err(), Some(ErrorBudgetError::InvalidBand(_))), "{band}");
     }
     assert!(SparseBaker::new(&distance, &lattice, 0.0).is_ok());
 }

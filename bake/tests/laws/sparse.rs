@@ -275,14 +275,25 @@ fn a_plan_predicts_the_grid() {
         let bricks = grid.slots.len();
         assert!(bricks <= baker.max_bricks(), "{name}: {bricks} bricks, at most {}", baker.max_bricks());
         assert!(baker.max_bricks() <= 2 * bricks + 30, "{name}: {bricks} bricks, at most {}", baker.max_bricks());
-        let Some(interpolation) = baker.interpolation_error(f64::INFINITY) else {
+        let Some(interpolation) = baker.interpolation_error(0.0, f64::INFINITY, &|_| ()) else {
             assert!(!distance.is_continuous(), "{name}");
             continue;
         };
         // Samples in f32 have little rounding beside that of distances, 2e-6 of the triangles' coordinates.
         let rounding = grid.error_bound - interpolation;
         assert!(0.0 <= rounding && rounding <= 1e-3 * lattice.spacing(), "{name}: {rounding} is not all rounding");
-        assert_eq!(baker.interpolation_error(0.5 * interpolation), None, "{name}");
+        assert_eq!(baker.interpolation_error(0.0, 0.5 * interpolation, &|_| ()), None, "{name}");
+        // A bound that suffices is not tightened, and one that does not is.
+        for factor in [1.0, 1.2, 3.0] {
+            let sufficient = factor * interpolation;
+            let bound = baker.interpolation_error(sufficient, f64::INFINITY, &|_| ()).unwrap();
+            assert!(interpolation <= bound && bound <= sufficient, "{name}: {bound} in place of {interpolation}");
+        }
+        assert_eq!(
+            baker.interpolation_error(0.7 * interpolation, f64::INFINITY, &|_| ()),
+            Some(interpolation),
+            "{name}"
+        );
     }
 }
 

@@ -29,6 +29,8 @@ pub struct Compound<S> {
     parts: S,
     /// The largest slope bound and magnitude of a part.
     scale: FieldScale<Parameter>,
+    /// The longest of a part.
+    extent: Parameter,
 }
 
 impl<F: Sdf, S: Deref<Target = [F]>> Compound<S> {
@@ -38,7 +40,8 @@ impl<F: Sdf, S: Deref<Target = [F]>> Compound<S> {
         let double = parts.iter().map(Sdf::magnitude::<f64>).fold(0.0, f64::max);
         let single = parts.iter().map(Sdf::magnitude::<f32>).fold(0.0, f32::max);
         let scale = FieldScale { slope_bound: slope_bound.into(), magnitude: Parameter { double, single } };
-        Some(Self { parts, scale })
+        let extent = parts.iter().map(Sdf::extent::<f64>).fold(0.0, f64::max).into();
+        Some(Self { parts, scale, extent })
     }
 
     /// The parts, at least one.
@@ -116,7 +119,7 @@ impl<F: Sdf, S: Deref<Target = [F]>> Sdf for Compound<S> {
     }
 
     fn extent<R: Real>(&self) -> R {
-        self.combine(R::zero(), Sdf::extent, R::max)
+        R::from_parameter(self.extent)
     }
 }
 
