@@ -17,6 +17,7 @@ pub use sdf_formats::export::ExportFormat;
 use sdf_formats::export::{self, RawFacts};
 use sdf_formats::{atomic_write, blob_file};
 
+use crate::reach::BEYOND_GRIDS;
 use crate::requantize::{Requantized, requantize};
 use crate::{Field, SurfaceMesh, Threads, memory};
 
@@ -93,7 +94,7 @@ pub enum ExportError {
         /// Nodes along each axis. Between more of them the field may have a surface, if it is not a grid with these.
         nodes: [u32; 3],
     },
-    /// The surface lies beyond the band of a sparse grid that the field is made of.
+    /// The surface lies beyond the band or the box of a grid that the field is made of.
     BeyondBand,
     /// A number of the grid is too large for f32, or there are more bricks than u32 counts.
     NotABlob,
@@ -117,9 +118,7 @@ impl fmt::Display for ExportError {
                     "the surface is empty: between {x} × {y} × {z} nodes the distance is nowhere 0, use more cells"
                 )
             }
-            Self::BeyondBand => f.write_str(
-                "its surface lies beyond the band in which a sparse grid in this combination has distances: bake it with a wider band, or dense",
-            ),
+            Self::BeyondBand => f.write_str(BEYOND_GRIDS),
             Self::NotABlob => {
                 f.write_str("a number of the grid is too large for a blob, whose numbers are f32: change the unit")
             }
@@ -216,9 +215,10 @@ impl Field {
         Ok(dense.into_grid(&lattice).grid.with_band(self.known_band()?))
     }
 
-    /// Half width of the band of levels at which φ is the distance; infinite where it is everywhere.
+    /// Half width of the band of levels at which φ is the distance, but for what lies outside of the boxes of grids; infinite without a
+    /// sparse one.
     fn known_band(&self) -> Result<f64, ExportError> {
-        let Interval { lower, upper } = self.known_levels();
+        let Interval { lower, upper } = self.known_levels_in_boxes();
         Some(upper.min(-lower)).filter(|band| *band > 0.0).ok_or(ExportError::BeyondBand)
     }
 
@@ -229,6 +229,9 @@ impl Field {
             _ => {}
         }
         self.known_band()?;
+        if !self.knows_surface() {
+            return Err(ExportError::BeyondBand);
+        }
         if format == ExportFormat::Glb {
             let lattice = self.lattice(options.cells)?;
             return Ok(Exported { bytes: self.glb(&lattice)?, lattice, band: None, facts: None });
@@ -248,7 +251,11 @@ impl Field {
         }
         if format == ExportFormat::Nvdb {
             let cells = options.band.map_or(f64::from(PADDING), f64::from);
-            let wanted = cells * lattice.spacing();
+            let known = if self.grid().is_some() { f64::INFINITY } else { self.known_levels().upper };
+            let wanted = (cells * lattice.spacing()).min(known);
+            if wanted <= 0.0 {
+                return Err(ExportError::BeyondBand);
+            }
             let band =
                 if options.band.is_none() && grid.band().is_finite() { grid.band() } else { wanted.min(grid.band()) };
             let bytes = export::nvdb(&grid, name, band).ok_or(ExportError::NoSurface { nodes: lattice.nodes() })?;
@@ -270,8 +277,8 @@ impl Field {
     /// The bytes of a blob of the grid. Its padding is that of the baked grid, else as far as margins see distances.
     fn blob(&self, grid: &OwnedGrid, options: &ExportOptions) -> Option<Vec<u8>> {
         let baked = self.info().filter(|_| options.cells.is_none());
-        let padding =
-            baked.map_or_else(|| grid.lowest_boundary_sample().min(grid.band()).max(0.0), |info| info.padding);
+        let padding = baked
+            .map_or_else(|| grid.lowest_boundary_sample().min(self.known_levels().upper).max(0.0), |info| info.padding);
         let own = grid.storage().precision();
         match requantize(grid, options.precision.unwrap_or(own)) {
             None => blob_file::write(grid, None, padding),

@@ -1,6 +1,6 @@
 //! How does a program hold a field? As [`Field`]: any grid or closed form, with what is known of a baked grid.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use sdf_core::grid::owned::OwnedGrid;
 use sdf_core::nalgebra::Vector3;
@@ -12,6 +12,7 @@ use crate::exact::ExactField;
 use crate::info::GridInfo;
 use crate::kept_mesh::KeptMesh;
 use crate::query_error::QueryError;
+use crate::reach::{Reach, lowest_level_at_box};
 use crate::{ContactOptions, MeshInMotion, MeshView, Threads};
 
 /// A signed distance field: a grid or any closed form. Negative inside, in the unit of its points.
@@ -33,6 +34,8 @@ pub struct Field {
     field: AnyField,
     info: Option<Arc<GridInfo>>,
     mesh: Option<Arc<KeptMesh>>,
+    /// Computed where it is first asked for.
+    reach: OnceLock<Reach>,
 }
 
 /// Points that one thread samples at a time.
@@ -41,12 +44,12 @@ const CHUNK: usize = 1024;
 impl Field {
     /// A field of the core: a shape, a combination, a grid in memory.
     pub fn new(field: impl Into<AnyField>) -> Self {
-        Self { field: field.into(), info: None, mesh: None }
+        Self { field: field.into(), info: None, mesh: None, reach: OnceLock::new() }
     }
 
     /// A grid, and what is known of it.
     pub fn from_grid(grid: impl Into<Arc<OwnedGrid>>, info: GridInfo) -> Self {
-        Self { field: AnyField::Grid(grid.into()), info: Some(Arc::new(info)), mesh: None }
+        Self { info: Some(Arc::new(info)), ..Self::new(AnyField::Grid(grid.into())) }
     }
 
     /// Facts about a grid that was baked; `None` of others and of closed forms.
@@ -67,6 +70,10 @@ impl Field {
     /// The field as the core has it: a field like any other.
     pub fn as_any(&self) -> &AnyField {
         &self.field
+    }
+
+    pub(crate) fn reach(&self) -> &Reach {
+        self.reach.get_or_init(|| Reach::of(&self.field, &lowest_level_at_box))
     }
 
     /// The same, to keep.

@@ -114,16 +114,16 @@ impl std::fmt::Display for MarginOutOfReach {
         write!(f, "a margin of {margin} is ")?;
         match self.is_too_deep() {
             true if *limit > 0.0 => {
-                write!(f, "less than the {reach} from which on a sparse grid in this combination has distances")?;
+                write!(f, "less than the {reach} from which on a grid in this combination has distances")?;
             }
-            true => write!(f, "deeper than the {reach} around the surface in which the sparse grid has distances")?,
+            true => write!(f, "deeper than the {reach} around the surface in which the grid has distances")?,
             false if *limit < 0.0 => {
-                write!(f, "more than the {limit} up to which a sparse grid in this combination has distances")?;
+                write!(f, "more than the {limit} up to which a grid in this combination has distances")?;
             }
             false => write!(f, "more than the {reach} around the surface in which the grid has distances")?,
         }
         f.write_str(match self.is_too_deep() {
-            true => ": bake it with a wider band, or dense",
+            true => ": bake it with a wider band, or dense; one that is taken away with more padding, too",
             false => ": bake it with more padding, a sparse grid with a wider band, too",
         })
     }

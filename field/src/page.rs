@@ -18,6 +18,7 @@ use sdf_core::{Aabb, Sdf};
 use sdf_formats::contact_file::{ContactRecord, Label};
 use serde_json::{Map, Value, json};
 
+use crate::reach::BEYOND_GRIDS;
 use crate::{Field, MeshView, SurfaceMesh, Threads};
 
 /// Contents of a page.
@@ -42,6 +43,8 @@ pub enum PageError {
     Unbounded,
     /// The field's box is empty or too large.
     NoCells,
+    /// The surface lies beyond the band or the box of a grid that the field is made of.
+    BeyondGrids,
     /// The page would have so many bytes, which browsers take long to open.
     TooLong(usize),
 }
@@ -51,6 +54,7 @@ impl std::fmt::Display for PageError {
         match self {
             Self::Unbounded => f.write_str("the field is unbounded: intersect it with a box"),
             Self::NoCells => f.write_str("the field's box cannot be cut into cells"),
+            Self::BeyondGrids => f.write_str(BEYOND_GRIDS),
             Self::TooLong(bytes) => write!(f, "the page would have {bytes} bytes: give a coarser mesh"),
         }
     }
@@ -69,6 +73,9 @@ const TEMPLATE: &str = include_str!("page/template.html");
 /// The page of a scene.
 pub fn html(scene: &Scene) -> Result<String, PageError> {
     let lattice = lattice(scene.field)?;
+    if !scene.field.knows_surface() {
+        return Err(PageError::BeyondGrids);
+    }
     let SurfaceMesh { points, triangles } = scene.field.surface(0.0, &lattice, Threads::ALL);
     let points: Vec<[f64; 3]> = points.iter().map(|point| scene.push(Vector3::from(*point)).into()).collect();
     let window = scene.window(&lattice, &points);

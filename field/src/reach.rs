@@ -2,10 +2,12 @@
 //!
 //! Deeper than its band, a sparse grid has coarse depths, too high or too low; farther out, lower bounds. A [`Reach`] follows these levels
 //! through combinations and placements, as [`ErrorBound`](sdf_core::ErrorBound) does. A margin is refused where φ may be too high, for an
-//! element would be left out without a word. Where φ is too low, contacts say so by their status. Outside of a grid's box nothing is
-//! refused of a combination: φ is a lower bound there, and contacts are `OutsideGrid`.
+//! element would be left out without a word. Where φ is too low, contacts say so by their status: outside of a grid's box φ is a lower
+//! bound there, and contacts are `OutsideGrid`. A level set needs distances on both sides: levels above the lowest sample on the box of
+//! a grid are no distances outside of it, nor is −φ of a grid that is taken away.
 
 use sdf_core::combine::{Difference, Intersection};
+use sdf_core::grid::owned::OwnedGrid;
 use sdf_core::placed::Placement;
 use sdf_core::{AnyField, Interval};
 
@@ -21,7 +23,7 @@ impl Field {
         match self.info() {
             Some(info) => info.check_margin(margin),
             None => {
-                let Interval { lower, upper } = Reach::of(self.as_any()).not_above;
+                let Interval { lower, upper } = self.reach().not_above;
                 let limit = if margin < lower { lower } else { upper };
                 MarginOutOfReach::check(margin, lower..=upper, limit)
             }
@@ -30,15 +32,25 @@ impl Field {
 
     /// The largest margin that [`check_margin`](Self::check_margin) takes; `None` where it takes any.
     pub fn max_margin(&self) -> Option<f64> {
-        let of_any = || Reach::of(self.as_any()).not_above.upper;
+        let of_any = || self.reach().not_above.upper;
         Some(self.info().map_or_else(of_any, |info| info.max_margin())).filter(|margin| margin.is_finite())
     }
 
-    /// Levels at which φ is the distance, up to error bounds: those within the band of a sparse grid, also where it is moved or part of a
-    /// combination; all of other fields. The lower end is above the upper one where there are none.
+    /// Levels at which φ is the distance everywhere, up to error bounds: of a grid those within its band and below all samples on its box,
+    /// also where it is moved or part of a combination; all of shapes. The lower end is above the upper one where there are none.
     pub fn known_levels(&self) -> Interval<f64> {
-        let Reach { not_above, not_below } = Reach::of(self.as_any());
-        Interval { lower: not_above.lower.max(not_below.lower), upper: not_above.upper.min(not_below.upper) }
+        self.reach().known()
+    }
+
+    /// The same of points in the boxes of the grids.
+    pub(crate) fn known_levels_in_boxes(&self) -> Interval<f64> {
+        Reach::of(self.as_any(), &|_| f64::INFINITY).known()
+    }
+
+    /// Is φ = 0 the surface everywhere? Not of an offset of a grid beyond its band or its box.
+    pub fn knows_surface(&self) -> bool {
+        let Interval { lower, upper } = self.known_levels();
+        self.grid().is_some() || (lower..=upper).contains(&0.0)
     }
 
     /// Is it a grid, or made of one?
@@ -49,6 +61,15 @@ impl Field {
 
 fn has_grid(field: &AnyField) -> bool {
     matches!(field, AnyField::Grid(_)) || parts(field).into_iter().any(has_grid)
+}
+
+/// Why a surface is not shown; see [`Field::knows_surface`].
+pub(crate) const BEYOND_GRIDS: &str = "its surface lies beyond the band or the box in which a grid of this combination has distances: bake it with a larger padding, and dense or with a wider band";
+
+/// The lowest sample on the box of a grid; infinite of one whose inside reaches the box, of which more is not known.
+pub(crate) fn lowest_level_at_box(grid: &OwnedGrid) -> f64 {
+    let lowest = grid.lowest_boundary_sample();
+    if lowest < 0.0 { f64::INFINITY } else { lowest }
 }
 
 /// Fields that a combination or a placement is made of; none of a shape or a grid.
@@ -70,8 +91,8 @@ pub(crate) fn parts(field: &AnyField) -> Vec<&AnyField> {
 }
 
 /// Levels at which φ is the distance d to the shape, up to the error bound in the band.
-#[derive(Clone, Copy)]
-struct Reach {
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Reach {
     /// φ is not above d, but where both are below this interval or both above it.
     not_above: Interval<f64>,
     /// φ is not below d, likewise.
@@ -81,40 +102,46 @@ struct Reach {
 impl Reach {
     const EVERYTHING: Self = Self { not_above: Interval::EVERYTHING, not_below: Interval::EVERYTHING };
 
-    /// The recursion is as deep as the field.
-    fn of(field: &AnyField) -> Self {
+    /// `at_box` is the lowest level of a grid on its box, or a higher one to leave it out. The recursion is as deep as the field.
+    pub(crate) fn of(field: &AnyField, at_box: &dyn Fn(&OwnedGrid) -> f64) -> Self {
+        let of = |field: &AnyField| Self::of(field, at_box);
         match field {
             AnyField::Grid(grid) => {
                 let band = grid.band();
                 let inside = Interval { lower: -band, upper: f64::INFINITY };
-                Self { not_above: inside, not_below: Interval { lower: -band, upper: band } }
+                Self { not_above: inside, not_below: Interval { lower: -band, upper: band.min(at_box(grid)) } }
             }
-            AnyField::Union(union) => union.parts().iter().map(Self::of).fold(Self::EVERYTHING, Self::and),
+            AnyField::Union(union) => union.parts().iter().map(of).fold(Self::EVERYTHING, Self::and),
             AnyField::Intersection(both) => {
                 let Intersection(a, b) = both.as_ref();
-                Self::of(a).and(Self::of(b))
+                of(a).and(of(b))
             }
             AnyField::Difference(both) => {
                 let Difference(a, b) = both.as_ref();
-                Self::of(a).and(Self::of(b).negate())
+                of(a).and(of(b).negate())
             }
             AnyField::SmoothUnion(both) => {
                 let (a, b) = both.parts();
                 // A part counts where it is less than k above the other, and lowers the union by up to k/4 more.
                 let blend = 1.25 * both.blend();
-                Self::of(a).and(Self::of(b)).map(|Interval { lower, upper }| Interval { lower, upper: upper - blend })
+                of(a).and(of(b)).map(|Interval { lower, upper }| Interval { lower, upper: upper - blend })
             }
-            AnyField::Offset(offset) => Self::of(offset.field()).map(|levels| levels.shift(-offset.distance())),
+            AnyField::Offset(offset) => of(offset.field()).map(|levels| levels.shift(-offset.distance())),
             AnyField::Shell(shell) => {
-                let field = Self::of(shell.field());
+                let field = of(shell.field());
                 // Deep inside and far outside the field alike, |φ| and |d| are above both levels.
                 let above_all = |Interval { upper, .. }| Interval { lower: f64::NEG_INFINITY, upper };
                 field.and(field.negate()).map(above_all).map(|levels| levels.shift(-0.5 * shell.thickness()))
             }
-            AnyField::Placed(placed) => Self::of(&placed.field).scale(&placed.placement),
-            AnyField::Stretched(placed) => Self::of(&placed.field).scale(&placed.placement),
+            AnyField::Placed(placed) => of(&placed.field).scale(&placed.placement),
+            AnyField::Stretched(placed) => of(&placed.field).scale(&placed.placement),
             _ => Self::EVERYTHING,
         }
+    }
+
+    fn known(self) -> Interval<f64> {
+        let Self { not_above, not_below } = self;
+        Interval { lower: not_above.lower.max(not_below.lower), upper: not_above.upper.min(not_below.upper) }
     }
 
     fn map(self, change: impl Fn(Interval<f64>) -> Interval<f64>) -> Self {

@@ -4,12 +4,13 @@ use anyhow::{Result, bail};
 use sdf_core::grid::owned::{Layout, OwnedGrid};
 use sdf_core::grid::sparse::BRICK;
 use sdf_core::{Aabb, Sdf};
+use sdf_field::Field;
 use sdf_formats::field_file::OpenField;
 use serde_json::json;
 
 use crate::args::{Axis, SliceArgs};
 use crate::pictures::{Picture, Plane};
-use crate::report::{Report, number};
+use crate::report::{Report, number, warn};
 use crate::{field_input, output, standard_output};
 
 pub fn run(args: &SliceArgs) -> Result<()> {
@@ -31,7 +32,9 @@ pub fn run(args: &SliceArgs) -> Result<()> {
                 bail!("{}: the field is unbounded: intersect it with a box", args.sdf.display());
             }
             let window = bounds.inflate(0.1 * bounds.longest_side());
-            write(args, &Picture::new(&node, plane(args, window)?, args.pixels, None))
+            let field = Field::new(node);
+            let picture = Picture::new(field.as_any(), plane(args, window)?, args.pixels, None);
+            write(args, &picture, Some(NO_SURFACE).filter(|_| !field.knows_surface()))
         }
     }
 }
@@ -43,8 +46,11 @@ fn draw(args: &SliceArgs, grid: &OwnedGrid, plane: Plane) -> Result<()> {
         let side = grid.lattice().spacing() * f64::from(BRICK);
         picture.bricks(grid.lattice().origin(), side, |slot| grid.storage().brick_at(slot).is_some());
     }
-    write(args, &picture)
+    write(args, &picture, None)
 }
+
+const NO_SURFACE: &str =
+    "the line of distance 0 is no surface beyond the band or the box in which a grid of this combination has distances";
 
 const NAMES: [&str; 3] = ["x", "y", "z"];
 
@@ -64,7 +70,7 @@ fn plane(args: &SliceArgs, window: Aabb) -> Result<Plane> {
     Ok(Plane { axis, at, window })
 }
 
-fn write(args: &SliceArgs, picture: &Picture) -> Result<()> {
+fn write(args: &SliceArgs, picture: &Picture, warning: Option<&str>) -> Result<()> {
     if standard_output::is_standard_output(&args.output) {
         standard_output::print_bytes(&picture.png()?)?;
     } else {
@@ -73,7 +79,10 @@ fn write(args: &SliceArgs, picture: &Picture) -> Result<()> {
     let [width, height] = picture.size();
     let Plane { axis, at, window } = *picture.plane();
     let name = NAMES[axis];
-    Report {
+    if let Some(warning) = warning {
+        warn(&format!("{}: {warning}", args.sdf.display()));
+    }
+    let mut report = Report {
         rows: vec![
             ("plane", format!("{name} = {}", number(at))),
             ("picture", format!("{}, {width} × {height} pixels", standard_output::shown(&args.output))),
@@ -86,6 +95,9 @@ fn write(args: &SliceArgs, picture: &Picture) -> Result<()> {
             "pixels": [width, height],
             "output": args.output.display().to_string(),
         }),
+    };
+    if let Some(warning) = warning {
+        report.json["warning"] = warning.into();
     }
-    .print_beside(Some(&args.output), args.json)
+    report.print_beside(Some(&args.output), args.json)
 }

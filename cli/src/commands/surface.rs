@@ -1,6 +1,6 @@
 //! Extracts the level set of a field as a mesh.
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 use sdf_bake::lattice_around;
 use sdf_core::grid::Lattice;
 use sdf_core::{Aabb, Interval};
@@ -23,13 +23,13 @@ pub fn run(args: &SurfaceArgs) -> Result<()> {
     refuse_unknown_level(args, &field)?;
     let lattice = match (field.grid().map(|grid| *grid.lattice()), args.res) {
         (Some(own), None) => own,
-        (Some(own), Some(res)) => lattice(args, &own.bounds(), res)?,
+        (Some(own), Some(res)) => lattice(args, &own.bounds(), res, 0)?,
         (None, res) => {
             let bounds = field.bounds(args.level);
             if !bounds.extents().iter().all(|extent| extent.is_finite()) {
                 bail!("{}: the field is unbounded: intersect it with a box", args.sdf.display());
             }
-            lattice(args, &bounds, res.unwrap_or(DEFAULT_RES))?
+            lattice(args, &bounds, res.unwrap_or(DEFAULT_RES), PADDING)?
         }
     };
     let surface = field.surface(args.level, &lattice, Threads::ALL);
@@ -74,21 +74,25 @@ pub fn run(args: &SurfaceArgs) -> Result<()> {
     .print_beside(Some(&args.output), args.json)
 }
 
-/// Refuses a level beyond the band of a sparse grid, where values are no distances.
+/// Refuses a level at which values are no distances: beyond the band of a sparse grid, or outside of the box of one in a combination.
+/// The surface of a grid alone ends at its box.
 fn refuse_unknown_level(args: &SurfaceArgs, field: &Field) -> Result<()> {
-    let Interval { lower, upper } = field.known_levels();
-    if (lower..=upper).contains(&args.level) {
-        return Ok(());
-    }
     let (shown, level) = (args.sdf.display(), number(args.level));
-    match field.grid() {
-        Some(_) => bail!(
+    match field.grid().map(|grid| grid.band()) {
+        Some(band) if args.level.abs() > band => bail!(
             "{shown}: --level {level} lies beyond the band of {} in which the grid has distances: bake with a larger --band",
-            number(upper)
+            number(band)
         ),
-        None => bail!(
-            "{shown}: --level {level} lies beyond the band in which a sparse grid in this combination has distances: bake it with a larger --band"
-        ),
+        Some(_) => Ok(()),
+        None => {
+            let Interval { lower, upper } = field.known_levels();
+            let is_known = (lower..=upper).contains(&args.level);
+            ensure!(
+                is_known,
+                "{shown}: --level {level} lies beyond the band or the box in which a grid of this combination has distances: bake it with a larger --padding, and dense or with a larger --band"
+            );
+            Ok(())
+        }
     }
 }
 
@@ -118,8 +122,11 @@ fn flattened(format: MeshFormat, surface: &SurfaceMesh) -> Option<String> {
     })
 }
 
-/// The lattice to sample on, padded by two cells: the surface of a closed form closes there.
-fn lattice(args: &SurfaceArgs, bounds: &Aabb, res: u32) -> Result<Lattice> {
+/// Cells around a field that is no grid: its surface closes there.
+const PADDING: u32 = 2;
+
+/// The lattice to sample on.
+fn lattice(args: &SurfaceArgs, bounds: &Aabb, res: u32, padding: u32) -> Result<Lattice> {
     let spacing = bounds.longest_side() / f64::from(res);
     let [x, y, z] = bounds.extents().map(|extent| extent / spacing);
     let cells = 2.0 * (x * y + y * z + z * x);
@@ -128,7 +135,7 @@ fn lattice(args: &SurfaceArgs, bounds: &Aabb, res: u32) -> Result<Lattice> {
         &format!("--res {res}: a surface of about {cells:.0} cells"),
         "use a smaller --res",
     )?;
-    lattice_around(bounds, spacing, 2)
+    lattice_around(bounds, spacing, padding)
         .with_context(|| format!("{}: its box cannot be cut into cells: use another --res", args.sdf.display()))
 }
 

@@ -105,7 +105,7 @@ fn a_surface_that_leaves_the_box_says_so_and_up_to_its_faces_all_are_closed() {
     let highest = line.split("levels up to ").nth(1).unwrap().split(' ').next().unwrap();
     assert_eq!(folder.json(&format!("{words} {highest}"))["warning"], json!(null));
     assert_eq!(boundary_edges(&folder, "out.ply"), 0);
-    // Two cells more hold some levels beyond the box.
+    // So do others between the same ends.
     for level in [4.2, 4.5] {
         let (json, line) =
             warned(&folder, &format!("surface cube.sdf.h5 -o out.ply --res 20 --level {}", level * spacing));
@@ -131,4 +131,33 @@ fn an_stl_file_whose_triangles_are_flattened_by_f32_says_so() {
     says(&line, &["warning: far.sdf.h5: STL rounds coordinates to f32", "no area left"]);
     assert!(json["warning"].is_string());
     assert_eq!(folder.json("surface far.sdf.h5 -o far.ply")["warning"], json!(null));
+}
+
+/// Outside of a grid's box values are lower bounds: no surface is drawn there as if they were distances.
+#[test]
+fn a_surface_outside_of_the_box_of_a_grid_in_a_combination_is_refused() {
+    let folder = Folder::new();
+    folder.write("ball.obj", Model::ball([0.0; 3], 1.0, 2).obj());
+    folder.done("bake ball.obj --res 20 --padding 3");
+    let offset = |distance: f64| {
+        format!("[field]\nshape = 'offset'\ndistance = {distance}\nof = {{ shape = 'grid', file = 'ball.sdf.h5' }}\n")
+    };
+    folder.write("far.sdf.toml", offset(0.8));
+    folder.write("near.sdf.toml", offset(0.1));
+    for words in ["surface far.sdf.toml -o x.obj", "view far.sdf.toml -o x.html", "export far.sdf.toml -o x.glb"] {
+        says(&folder.refused(words), &["far.sdf.toml", "lies beyond the band or the box", "larger"]);
+        folder.done(&words.replace("far", "near"));
+    }
+    let (json, line) = warned(&folder, "slice far.sdf.toml -o x.png");
+    says(&line, &["far.sdf.toml: the line of distance 0 is no surface"]);
+    says(json["warning"].as_str().unwrap(), &["is no surface"]);
+    assert!(folder.json("slice near.sdf.toml -o x.png").get("warning").is_none());
+    // On other nodes than its own, a grid ends at its box too: no level is said to close that does not.
+    let closing = |words: &str| {
+        let (json, _) = warned(&folder, &format!("surface ball.sdf.h5 --level 0.5 {words} -o x.obj"));
+        let warning = json["warning"].as_str().unwrap().to_owned();
+        warning.split(' ').find_map(|word| word.parse::<f64>().ok()).unwrap()
+    };
+    let (own, finer) = (closing(""), closing("--res 57"));
+    assert!((own - finer).abs() < 0.01, "{own} by its own nodes, {finer} by others");
 }

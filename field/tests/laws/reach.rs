@@ -4,7 +4,8 @@ use sdf_field::core::AnyField;
 use sdf_field::core::grid::owned::Layout;
 use sdf_field::core::placed::{Placed, Similarity, Stretch};
 use sdf_field::core::shapes::Cuboid;
-use sdf_field::{BakeOptions, ContactOptions, Field, GridSize, MeshView};
+use sdf_field::export::{ExportFormat, ExportOptions};
+use sdf_field::{BakeOptions, ContactOptions, Field, GridSize, MeshView, Threads};
 use sdf_procedural::SpikedBall;
 
 /// A sparse ball of the radius 1, and its band.
@@ -15,6 +16,14 @@ fn ball() -> (Field, f64) {
     let field = Field::bake(view, &options).unwrap().field;
     let band = field.info().unwrap().band.unwrap();
     (field, band)
+}
+
+/// The same ball in a dense grid.
+fn dense_ball(padding: u32) -> Field {
+    let mesh = SpikedBall { levels: 3, radius: 1.0 }.mesh();
+    let view = MeshView { points: &mesh.points, faces: &mesh.triangles };
+    let options = BakeOptions { size: GridSize::Cells(48), padding, ..BakeOptions::default() };
+    Field::bake(view, &options).unwrap().field
 }
 
 fn placed(field: &Field, translation: [f64; 3], scale: f64) -> Field {
@@ -30,6 +39,8 @@ fn stretched(field: &Field, factors: [f64; 3]) -> Field {
 fn a_margin_is_taken_as_far_as_a_combination_of_sparse_grids_has_distances() {
     let (ball, band) = ball();
     let (far, block) = (placed(&ball, [9.0, 0.0, 0.0], 0.5), Field::new(Cuboid::new([2.0; 3]).unwrap()));
+    let dense = Field::new(dense_ball(2).into_any());
+    let at_box = |field: &Field| field.grid().unwrap().lowest_boundary_sample();
     let any = f64::INFINITY;
     let shrunk = ball.offset(-0.5).unwrap();
     let cases = [
@@ -41,7 +52,10 @@ fn a_margin_is_taken_as_far_as_a_combination_of_sparse_grids_has_distances() {
         (stretched(&ball, [3.0, 2.0, 4.0]), -2.0 * band, any),
         (Field::union(&[block.clone(), ball.clone(), far]).unwrap(), -0.5 * band, any),
         (block.intersection(&ball).unwrap(), -band, any),
-        (block.difference(&ball).unwrap(), -band, band),
+        (block.difference(&ball).unwrap(), -band.min(at_box(&ball)), band),
+        (block.difference(&dense).unwrap(), -at_box(&dense), any),
+        (dense.clone(), -any, any),
+        (Field::union(&[block.clone(), dense.clone()]).unwrap(), -any, any),
         (ball.difference(&block).unwrap(), -band, any),
         (ball.smooth_union(&block, 0.1).unwrap(), -band, any),
         (ball.offset(0.25).unwrap(), -band - 0.25, any),
@@ -67,6 +81,53 @@ fn a_margin_is_taken_as_far_as_a_combination_of_sparse_grids_has_distances() {
             assert!(text.contains(&end.abs().to_string()) && text.contains("wider band"), "{text}");
         }
         assert!(field.check_margin(f64::NAN).is_err());
+    }
+}
+
+/// What is left of a block without a grid is known no deeper than the grid knows distances around itself.
+#[test]
+fn a_margin_deeper_than_the_box_of_what_is_taken_away_is_refused() {
+    let (block, dense) = (Field::new(Cuboid::new([4.0; 3]).unwrap()), dense_ball(4));
+    let at_box = dense.grid().unwrap().lowest_boundary_sample();
+    // About 1.6 from the ball, in the corner of a box of half a side of 1.2: φ of the grid is lower.
+    let (point, depth) = ([1.5; 3], 1.5 * 3.0_f64.sqrt() - 1.0);
+    let left = block.difference(&dense).unwrap();
+    let value = left.sample(&[point], Threads::ONE)[0].value;
+    assert!(value > 0.1 - depth && value < -at_box, "{value}, {depth} deep");
+    let points = [point, [1.501, 1.5, 1.5], [1.5, 1.501, 1.5]];
+    let view = MeshView { points: &points, faces: &[[0, 1, 2]] };
+    let options = ContactOptions { margin: 0.1 - depth, ..ContactOptions::default() };
+    assert!(left.contacts(view, &options).unwrap().contacts.is_empty(), "the contact is left out");
+    assert!(options.check_margin(&left).unwrap_err().is_too_deep());
+    assert!(ContactOptions { margin: -0.9 * at_box, ..options }.check_margin(&left).is_ok());
+}
+
+/// A grid that is moved has no distances outside of its box, and its samples claim none.
+#[test]
+fn a_grid_that_is_moved_and_sampled_again_knows_no_more_than_before() {
+    let (known, all) = (dense_ball(3), dense_ball(24));
+    let at_box = known.grid().unwrap().lowest_boundary_sample();
+    let [moved, truth] = [&known, &all].map(|ball| placed(ball, [0.3, 0.0, 0.0], 1.0));
+    let levels = moved.known_levels();
+    assert!(levels.lower == f64::NEG_INFINITY && (levels.upper - at_box).abs() < 1e-12, "{levels:?}, {at_box}");
+    let blob =
+        moved.export(ExportFormat::Blob, &ExportOptions { cells: Some(60), ..ExportOptions::default() }).unwrap();
+    let blob = Field::from_bytes(&blob.bytes, "blob").unwrap();
+    let padding = blob.info().unwrap().padding;
+    assert!(0.9 * at_box < padding && padding <= at_box, "{padding}, {at_box}");
+    let mut wrong_beyond = 0;
+    for n in 0..8000 {
+        let point = [n % 20, n / 20 % 20, n / 400].map(|n| f64::from(n) * 0.14 - 1.3);
+        let [found, exact] = [&blob, &truth].map(|field| field.sample(&[point], Threads::ONE)[0].value);
+        let is_off = (found - exact).abs() > 1.5 * blob.grid().unwrap().lattice().spacing();
+        assert!(!is_off || found > padding, "{point:?}: {found} in place of {exact}, within {padding}");
+        wrong_beyond += usize::from(is_off);
+    }
+    assert!(wrong_beyond > 0);
+    for distance in [1.1 * at_box, -1.1 * at_box] {
+        let offset = known.offset(distance).unwrap();
+        assert_eq!(offset.knows_surface(), distance < 0.0);
+        assert_eq!(offset.export(ExportFormat::Glb, &ExportOptions::default()).is_ok(), distance < 0.0);
     }
 }
 
