@@ -277,7 +277,9 @@ impl<'a> SparseBaker<'a> {
         let max_of_slots = |slots: Range<usize>| {
             let count = slots.len();
             let max = wanted(slots).map(slot_error).try_fold(0.0, |max: f64, error| Some(error?.max(max)));
-            on_slots_done(count);
+            if !self.mesh.is_cancelled() {
+                on_slots_done(count);
+            }
             max
         };
         let errors = sdf_parallel::map_chunks(self.slot_count(), max_of_slots);

@@ -84,7 +84,7 @@ fn a_margin_is_taken_as_far_as_a_combination_of_sparse_grids_has_distances() {
     }
 }
 
-/// What is left of a block without a grid is known no deeper than the grid knows distances around itself.
+/// A block without a grid is known no deeper than the grid knows distances around itself.
 #[test]
 fn a_margin_deeper_than_the_box_of_what_is_taken_away_is_refused() {
     let (block, dense) = (Field::new(Cuboid::new([4.0; 3]).unwrap()), dense_ball(4));
