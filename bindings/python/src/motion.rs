@@ -131,7 +131,7 @@ impl Sdf {
     /// pose, end_pose: where the field stands at the times 0 and 1, in the mesh's frame; it moves at constant velocity and spin, by the
     /// shorter way around. pose alone: it stands still.
     /// tolerance: a length [default: 1e-4 of the longest side of the box around both frames].
-    /// budget: evaluations of the field an element. threads: None for all cores. Ctrl-C ends it, from 513 faces on.
+    /// budget: evaluations of the field an element. threads: None for all cores. Ctrl-C ends it, from 513 faces or vertices on.
     #[pyo3(signature = (mesh, faces=None, *, end, thickness=0.0, elements="faces", pose=None, end_pose=None, tolerance=None,
         budget=65536, threads=None))]
     #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
@@ -173,7 +173,7 @@ impl Sdf {
             return Err(value_error(format!("thickness={thickness}: give a finite length")));
         }
         self.0.check_margin(thickness).map_err(|error| value_error(format!("thickness: {error}")))?;
-        let found = interruptible(py, threads, start.faces.len(), |threads, cancel| {
+        let found = interruptible(py, threads, mesh.count(options.elements), |threads, cancel| {
             let options = FirstTouchOptions { threads, ..options };
             self.0.first_touches_cancellable(&MeshPath { start, end }, &options, cancel)
         })?;

@@ -92,7 +92,7 @@ impl Sdf {
                 let mesh = Mesh::new(mesh, faces)?;
                 let view = mesh.view();
                 motion.check_mesh(&self.0, view, &options)?;
-                let found = on_threads(py, threads, view.faces.len(), |threads| {
+                let found = on_threads(py, threads, mesh.count(options.elements), |threads| {
                     let found = motion.find(&self.0, view, &ContactOptions { threads, ..options });
                     Found::checked(found, view, options.elements)
                 })?;

@@ -120,6 +120,13 @@ def test_ctrl_c_ends_a_search_for_first_touches(threads):
     assert_ctrl_c_ends(LONG_SEARCH, f"body.first_touches(end + [3, 0, 0], copies, end=end, threads={threads})")
 
 
+def test_ctrl_c_ends_a_search_for_first_touches_of_vertices():
+    # They pass beside the ground, nearer than a step.
+    setup = "points = np.tile([0.0, 0.0, 2e-5], (20_000, 1))"
+    call = "sdftool.half_space().first_touches(points, [], end=points + [1, 0, 0], elements='vertices', tolerance=1e-6)"
+    assert_ctrl_c_ends(setup, call)
+
+
 CLOTH = sheet(4)
 CLUSTERS = sdftool.MeshClusters(*CLOTH)
 NAN = np.where(np.arange(25)[:, None] == 7, np.nan, CLOTH[0])
