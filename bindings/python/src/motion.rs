@@ -14,7 +14,7 @@ use crate::pools::interruptible;
 use crate::{arrays, integers, pose, sdf::Sdf};
 
 /// The faces of a mesh in clusters of neighbours, for contacts(..., clusters=...) frame after frame: clusters that are far from the field
-/// are not looked at. Contacts are the same.
+/// are not looked at. Contacts are the same; where complete, elements that are "possible" by their own bounds alone may be left out.
 ///
 /// Made once, of an object with .vertices and .faces or .triangles, or of vertices (n, 3) and faces (m, 3); it takes as long as some ten
 /// queries.

@@ -20,7 +20,7 @@ impl Sdf {
     /// mesh: an object with .vertices and .faces or .triangles, or vertices (n, 3) and faces (m, 3). Elements with coordinates that are
     /// not finite or too large are a ValueError, which counts them.
     /// margin: a length; negative: only contacts at least so deep, refused below the band of a sparse grid, also of one that was moved
-    /// or combined. elements: "faces", "edges" or "vertices".
+    /// or combined. elements: "faces", "edges" or "vertices"; of points without a mesh "vertices" with faces=[].
     /// method: "auto", "certified", "fw", "pgd", "newton", or "gss" (edges only).
     /// pose: where the field stands in the frame of the mesh: a matrix (4, 4), or a translation (3,) and a quaternion (x, y, z, w).
     /// all_minima: every isolated minimum of an element. one_per_feature: one contact for each vertex, edge or face touched.
@@ -31,8 +31,8 @@ impl Sdf {
     /// budget: evaluations of auto (256) and certified (1024), iterations of other methods (32). tolerance: auto and certified end within
     /// this fraction of slope_bound · longest edge of the minimum, or of slope_bound · longest side of the field's box if that is shorter;
     /// neither counts where exact. threads: None for all cores.
-    /// For a mesh that moves, faces alone: clusters, a MeshClusters of it, leaves out what is far from the field, with the same contacts;
-    /// vertices that moved against each other need refitted clusters, which nothing checks.
+    /// For a mesh that moves, faces alone: clusters, a MeshClusters of it, leaves out what is far from the field, with the same contacts
+    /// (where complete, elements that are "possible" by their own bounds alone may be left out); vertices that moved against each other need refitted clusters, which nothing checks.
     /// mesh_pose: where the frame of a rigid mesh stands; contacts are those of the mesh moved there. margins: one for each face (m,), in
     /// place of margin.
     /// device: "cpu", or "cuda" for an NVIDIA GPU, in f32: docs/gpu.md. There vertices (n, 3) of float32 and faces (m, 3) of uint32 or
