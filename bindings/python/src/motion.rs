@@ -67,7 +67,7 @@ impl<'a> Motion<'a> {
     ) -> PyResult<Self> {
         Ok(Self {
             clusters: clusters.map(Bound::get),
-            pose: mesh_pose.map(pose::rigid).transpose()?,
+            pose: pose::optional(mesh_pose, "mesh_pose")?,
             margins: margins.map(|given| arrays::lengths(given, "margins")).transpose()?,
         })
     }
@@ -141,11 +141,11 @@ impl Sdf {
         mesh: &Bound<'py, PyAny>,
         faces: Option<&Bound<'py, PyAny>>,
         end: &Bound<'py, PyAny>,
-        thickness: f64,
+        #[pyo3(from_py_with = arrays::number)] thickness: f64,
         elements: &str,
         pose: Option<&Bound<'py, PyAny>>,
         end_pose: Option<&Bound<'py, PyAny>>,
-        tolerance: Option<f64>,
+        #[pyo3(from_py_with = arrays::optional_number)] tolerance: Option<f64>,
         #[pyo3(from_py_with = integers::clamped)] budget: i64,
         #[pyo3(from_py_with = integers::optional)] threads: Option<i64>,
     ) -> PyResult<TimedRecords<'py>> {
@@ -159,12 +159,11 @@ impl Sdf {
                 start.points.len()
             )));
         }
-        let [pose, end_pose] = [pose, end_pose].map(|pose| pose.map(pose::rigid).transpose());
         let options = FirstTouchOptions {
             elements: choice("elements", elements, &ELEMENTS)?,
             thickness,
-            pose: pose?,
-            end_pose: end_pose?,
+            pose: pose::optional(pose, "pose")?,
+            end_pose: pose::optional(end_pose, "end_pose")?,
             tolerance,
             budget: integers::within("budget", budget, 0..=u32::MAX, "")?,
             threads: Threads::ALL,

@@ -114,7 +114,7 @@ pub fn find(
     }
     [a, b].into_iter().try_for_each(|field| field.check_margin(margin)).map_err(value_error)?;
     let [pose_a, pose_b] = poses;
-    let poses = [pose_a.map(pose::rigid).transpose()?, pose_b.map(pose::rigid).transpose()?];
+    let poses = [pose::optional(pose_a, "pose")?, pose::optional(pose_b, "other_pose")?];
     let options = OverlapOptions { poses, margin, tolerance, resolution, ..OverlapOptions::default() };
     py.detach(|| a.overlap(b, &options)).map(Overlap).map_err(value_error)
 }

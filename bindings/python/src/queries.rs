@@ -10,7 +10,7 @@ use crate::cuda::CudaQuery;
 use crate::errors::{choice, value_error};
 use crate::motion::{MeshClusters, Motion};
 use crate::pools::on_threads;
-use crate::{files, integers, mesh::Mesh, sdf::Sdf};
+use crate::{arrays, files, integers, mesh::Mesh, sdf::Sdf};
 
 #[pymethods]
 impl Sdf {
@@ -50,7 +50,7 @@ impl Sdf {
         py: Python<'py>,
         mesh: &Bound<'py, PyAny>,
         faces: Option<&Bound<'py, PyAny>>,
-        margin: f64,
+        #[pyo3(from_py_with = arrays::number)] margin: f64,
         method: &str,
         elements: &str,
         pose: Option<&Bound<'py, PyAny>>,
@@ -60,7 +60,7 @@ impl Sdf {
         one_per_feature: bool,
         lean: bool,
         #[pyo3(from_py_with = integers::optional)] budget: Option<i64>,
-        tolerance: f64,
+        #[pyo3(from_py_with = arrays::number)] tolerance: f64,
         #[pyo3(from_py_with = integers::optional)] threads: Option<i64>,
         clusters: Option<&Bound<'py, MeshClusters>>,
         mesh_pose: Option<&Bound<'py, PyAny>>,
@@ -114,14 +114,14 @@ impl Sdf {
         py: Python,
         mesh: &Bound<PyAny>,
         faces: Option<&Bound<PyAny>>,
-        margin: f64,
+        #[pyo3(from_py_with = arrays::number)] margin: f64,
         method: &str,
         elements: &str,
         pose: Option<&Bound<PyAny>>,
         one_per_feature: bool,
         lean: bool,
         #[pyo3(from_py_with = integers::optional)] budget: Option<i64>,
-        tolerance: f64,
+        #[pyo3(from_py_with = arrays::number)] tolerance: f64,
         #[pyo3(from_py_with = integers::optional)] threads: Option<i64>,
         #[pyo3(from_py_with = files::optional_path)] kernels: Option<PathBuf>,
     ) -> PyResult<CudaQuery> {
