@@ -107,7 +107,7 @@ pub enum InvalidMesh {
         side: f64,
     },
     /// [`Repairs::weld`](crate::Repairs::weld) made one point of all corners of each triangle that has an area, or put them on one line.
-    #[error("welding vertices within {distance:?} of each other leaves no triangle an area: use a smaller --weld")]
+    #[error("welding vertices within {distance:?} of each other leaves no triangle an area: use a smaller weld")]
     WeldedAway {
         /// The distance of [`Repairs::weld`](crate::Repairs::weld).
         distance: f64,

@@ -169,7 +169,11 @@ impl<'a> MeshDistance<'a> {
         if point.iter().any(|x| x.abs() > FAR) {
             return x.hypot(y).hypot(z);
         }
-        self.signed_nearest(point.into(), 0).signed()
+        let nearest = self.signed_nearest(point.into(), 0);
+        // Far away rounding decides which triangle is the nearest, and so the side. A solid has no inside beyond its box.
+        let is_inside = nearest.is_inside
+            && (self.solid_normals().is_none() || self.bounds().encloses(&Aabb { min: point, max: point }));
+        Nearest { is_inside, ..nearest }.signed()
     }
 
     /// Generalized winding number: 1 inside a closed surface, 0 outside, in between near a hole.

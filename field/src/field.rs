@@ -136,7 +136,8 @@ impl Field {
 
     /// The contacts of a mesh's faces, for who asks frame after frame: the same as of [`contacts`](Self::contacts), bit for bit, but
     /// clusters of faces that are far off are not looked at, the mesh may stand anywhere, and each face may have a margin of its own.
-    /// [`ContactOptions::elements`] does not count.
+    /// A complete search may leave out faces that are `Possible` by their own bounds alone, where the bounds of a cluster show that they are
+    /// not. [`ContactOptions::elements`] does not count.
     pub fn contacts_in_motion(&self, mesh: &MeshInMotion, options: &ContactOptions) -> Result<Contacts, QueryError> {
         contacts::find_in_motion(&self.field, mesh, options)
     }

@@ -110,7 +110,10 @@ impl Field {
             return Err(QueryError::VertexCountDiffers);
         }
         let is_positive = |tolerance: f64| tolerance > 0.0 && tolerance.is_finite();
-        if !options.tolerance.is_none_or(is_positive) || !options.thickness.is_finite() {
+        if !options.tolerance.is_none_or(is_positive) {
+            return Err(QueryError::ToleranceOutOfRange);
+        }
+        if !options.thickness.is_finite() {
             return Err(QueryError::ThicknessOutOfRange);
         }
         let tolerance = options.tolerance.unwrap_or_else(|| default_tolerance(path));

@@ -38,7 +38,7 @@ pub enum QueryError {
     MarginNotFinite(usize),
     /// A mesh that moves has another number of vertices at the end than at the start.
     VertexCountDiffers,
-    /// A thickness is a finite length, and a tolerance a positive one.
+    /// The thickness is NaN or infinite.
     ThicknessOutOfRange,
     /// A reduction keeps 1 to 64 contacts, not so many.
     CountOutOfRange(usize),
@@ -85,7 +85,7 @@ impl std::fmt::Display for QueryError {
             Self::VertexCountDiffers => {
                 f.write_str("a mesh that moves must have as many vertices at the end as at the start")
             }
-            Self::ThicknessOutOfRange => f.write_str("the thickness must be a finite length, and the tolerance a positive one"),
+            Self::ThicknessOutOfRange => f.write_str("the thickness must be a finite length"),
             Self::CountOutOfRange(count) => write!(f, "{count} contacts cannot be kept: 1 to {MAX_REDUCED} can"),
             Self::MovementOutOfRange => f.write_str(
                 "how far the body moves must be a positive length, and gaps over it must be finite: give the way of a time step",

@@ -25,6 +25,9 @@ impl Contacts {
         if !(1..=MAX_REDUCED).contains(&reduction.count) {
             return Err(QueryError::CountOutOfRange(reduction.count));
         }
+        if !reduction.thickness.is_finite() {
+            return Err(QueryError::ThicknessOutOfRange);
+        }
         let is_finite = |contact: &Contact<f64>| {
             let Contact { point, normal, distance, .. } = contact;
             point.iter().chain(normal.iter()).chain([distance]).all(|x| x.is_finite())

@@ -1,6 +1,7 @@
 //! Signs: negative inside, exactly for closed meshes, and by the winding number for broken ones.
 
 use sdf_bake::{MeshDistance, SignMethod};
+use sdf_core::Aabb;
 use sdf_core::nalgebra::Vector3;
 
 use crate::meshes::{self, Mesh};
@@ -109,6 +110,30 @@ fn no_point_near_a_corner_or_an_edge_of_a_closed_mesh_has_the_wrong_sign() {
                         signed < 0.0,
                         winding.abs() >= 0.5,
                         "{name}, {method:?}: {signed} at {point:?}, {winding}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// Beyond 1e16 sizes of the mesh rounding decides which triangle is the nearest.
+#[test]
+fn no_point_beyond_the_box_of_a_closed_mesh_is_inside_however_far_it_is() {
+    let mut random = Random::from_env();
+    for (name, mesh) in closed_solids(&mut random) {
+        let diagonal = oracle::diagonal(&mesh);
+        let [baked, turned] = [mesh.baked(), mesh.clone().flipped().baked()];
+        for (mesh, method) in [&baked, &turned].into_iter().flat_map(|mesh| METHODS.map(|method| (mesh, method))) {
+            let distance = MeshDistance::new(mesh, method);
+            for sizes in [1e1, 1e8, 1e16, 1e17, 1e18, 1e30, 1e100] {
+                for _ in 0..30 {
+                    let point = random.point_in_cube(diagonal * sizes);
+                    let signed = distance.signed_distance(point.into());
+                    let here = Aabb { min: point.into(), max: point.into() };
+                    assert!(
+                        signed > 0.0 || distance.bounds().encloses(&here),
+                        "{name}, {method:?}: {signed} at {point:?}"
                     );
                 }
             }

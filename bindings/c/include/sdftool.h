@@ -45,8 +45,9 @@ typedef struct SdfQuery {
  * time; not with all_minima, complete or exact. complete leaves out no element that the baked mesh has within the margin; what the grid's
  * error leaves open is SDF_POSSIBLE. exact measures by the triangles of the mesh that the grid keeps, by SDF_AUTO; not with all_minima,
  * clusters, mesh_pose or margins.
- * Of a mesh that moves, where they are not NULL, for faces alone: clusters of its faces leave out what is far away, and change no contact.
- * mesh_pose, a translation and a quaternion: where a rigid mesh stands. margins: one for each face, in place of margin. */
+ * Of a mesh that moves, where they are not NULL, for faces alone: clusters of its faces leave out what is far away, and change no contact;
+ * where complete, faces that are SDF_POSSIBLE by their own bounds alone may be left out. mesh_pose, a translation and a quaternion: where a
+ * rigid mesh stands. margins: one for each face, in place of margin. */
 /* lower_bound: of the distance on the whole element. error_bound: how far the grid can be off at the point; shape_lower_bound is of
  * the distance to the baked mesh. key: element and feature, the same from frame to frame. feature_id: a vertex, an edge's two
  * vertices, or a face; UINT32_MAX where there is none, also in vertices. weights: barycentric. */

@@ -21,7 +21,7 @@ use sdf_field::core::contact::{Contact, Reduction};
 use sdf_field::file::{FieldError, GridFault, SaveError};
 use sdf_field::{
     BakeError, BakeOptions, ContactOptions, ContactRow, Contacts, Field, MeshView, OverlapOptions, OverlapVerdict,
-    Threads,
+    QueryError, Threads,
 };
 
 use border::{Callback, Out, guard};
@@ -349,7 +349,13 @@ fn visit(
             field.visit_contacts_in_motion(&mesh, &options, on_contact)
         }
     };
-    match visited.map_err(Failure::invalid)? {
+    let visited = visited.map_err(|error| match error {
+        QueryError::MeshNotKept => Failure::invalid(
+            "an exact search needs the mesh in the field: bake it again with keep_mesh of SdfBakeOptions, not 0",
+        ),
+        error => Failure::invalid(error),
+    });
+    match visited? {
         ControlFlow::Continue(found) => {
             undecided.set(found.undecided_count);
             found.require_finite(mesh, options.elements).map_err(Failure::invalid)?;

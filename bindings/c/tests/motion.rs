@@ -274,6 +274,8 @@ fn clusters_poses_and_margins_of_a_mesh_are_those_of_the_library() {
     says(SdfQuery { margins: wrong.as_ptr(), ..query }, "margin of face 0");
     let far = vec![99.0; faces.len()];
     says(SdfQuery { margins: far.as_ptr(), ..query }, "margin");
+    let infinite: Vec<f64> = (0..faces.len()).map(|face| if face == 3 { f64::INFINITY } else { 0.0 }).collect();
+    says(SdfQuery { margins: infinite.as_ptr(), ..query }, "the margin of face 3 must be a finite length");
     says(SdfQuery { exact: 1, ..query }, "exact search");
     sdftool::sdf_clusters_free(clusters);
     sdftool::sdf_clusters_free(null_mut());

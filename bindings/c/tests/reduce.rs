@@ -45,6 +45,10 @@ fn a_reduction_keeps_what_the_library_keeps_and_a_refusal_changes_nothing() {
         assert!(kept == *given);
     }
     for infinity in [f64::INFINITY, f64::NAN] {
+        let (mut kept, mut count, mut error) = (rows.clone(), rows.len(), SdfError { text: [0; 512] });
+        let result = sdftool::sdf_reduce(kept.as_mut_ptr(), &mut count, 4, 0.1, infinity, null_mut(), &mut error);
+        let text = std::ffi::CStr::from_bytes_until_nul(&error.text).unwrap().to_str().unwrap();
+        assert_eq!((result, text), (SdfResult::InvalidArgument, "the thickness must be a finite length"));
         let mut wrong = [rows.clone(), rows.clone(), rows.clone()];
         wrong[0][5].point[1] = infinity;
         wrong[1][5].normal[2] = infinity;

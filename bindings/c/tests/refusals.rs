@@ -117,6 +117,17 @@ fn faces_that_are_not_finite_are_an_error_and_the_others_are_found() {
 }
 
 #[test]
+fn exact_contacts_of_a_field_without_its_mesh_say_which_option_keeps_it() {
+    let file = std::path::PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("unkept.sdf.h5");
+    bake(&file);
+    let field = load(&file);
+    let (result, count, why) = contacts(field, &vertices(0.1), &SdfQuery { exact: 1, ..sdftool::sdf_query() });
+    assert_eq!((result, count), (SdfResult::InvalidArgument, 0));
+    assert!(why.ends_with("bake it again with keep_mesh of SdfBakeOptions, not 0"), "{why}");
+    sdftool::sdf_free(field);
+}
+
+#[test]
 fn a_band_of_no_cells_is_refused() {
     let points = vertices(1.0);
     for band in [0, 1001, u32::MAX] {

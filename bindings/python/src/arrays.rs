@@ -1,6 +1,7 @@
 //! How do arrays become slices of rows? Contiguous float64 points and uint32 faces are lent, all else is converted in one pass.
 
 use numpy::{Element, PyArray1, PyArrayMethods, PyReadonlyArray2, PyUntypedArray, PyUntypedArrayMethods};
+use pyo3::exceptions::{PyOverflowError, PyValueError};
 use pyo3::prelude::*;
 
 use crate::errors::{type_error, value_error};
@@ -42,36 +43,72 @@ pub fn points<'py>(given: &Bound<'py, PyAny>, what: &str) -> PyResult<Rows<'py, 
 pub fn faces<'py>(given: &Bound<'py, PyAny>, vertex_count: usize) -> PyResult<Rows<'py, u32>> {
     let array = rows_of_three(given, "faces", "(m, 3): triangulate first", "iu", "integers")?;
     if let Some(lent) = lend::<u32>(&array) {
-        let indices = lent.as_slice().unwrap_or(&[]);
-        check_indices(indices, vertex_count, |index| i64::from(*index))?;
+        check_indices(lent.as_slice().unwrap_or(&[]), vertex_count)?;
         return Ok(Rows::Lent(lent));
     }
     if let Some(narrow) = lend::<i32>(&array) {
-        return converted_faces(narrow.as_slice().unwrap_or(&[]), vertex_count, |index| i64::from(*index));
+        return converted_faces(&narrow, vertex_count);
     }
-    let wide = contiguous(&array, "int64")?;
-    let wide = lend::<i64>(&wide).ok_or_else(|| type_error("faces: not an array of shape (m, 3)"))?;
-    converted_faces(wide.as_slice().unwrap_or(&[]), vertex_count, |index| *index)
+    let wanted = || type_error("faces: not an array of shape (m, 3)");
+    let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
+    if kind == "u" {
+        return converted_faces(&lend::<u64>(&contiguous(&array, "uint64")?).ok_or_else(wanted)?, vertex_count);
+    }
+    converted_faces(&lend::<i64>(&contiguous(&array, "int64")?).ok_or_else(wanted)?, vertex_count)
 }
 
-fn converted_faces<'py, T>(indices: &[T], vertex_count: usize, wide: impl Fn(&T) -> i64) -> PyResult<Rows<'py, u32>> {
-    check_indices(indices, vertex_count, &wide)?;
-    Ok(Rows::Owned(
-        indices.as_chunks::<3>().0.iter().map(|face| face.each_ref().map(|index| wide(index) as u32)).collect(),
-    ))
+fn converted_faces<'py, T: Element + Copy + Into<i128>>(
+    array: &PyReadonlyArray2<T>,
+    vertex_count: usize,
+) -> PyResult<Rows<'py, u32>> {
+    let indices = array.as_slice().unwrap_or(&[]);
+    check_indices(indices, vertex_count)?;
+    Ok(Rows::Owned(indices.as_chunks::<3>().0.iter().map(|face| face.map(|index| index.into() as u32)).collect()))
 }
 
-fn check_indices<T>(indices: &[T], vertex_count: usize, wide: impl Fn(&T) -> i64) -> PyResult<()> {
-    let is_valid = |index: i64| (0..=i64::from(u32::MAX)).contains(&index) && (index as usize) < vertex_count;
-    match indices.iter().position(|index| !is_valid(wide(index))) {
+fn check_indices<T: Copy + Into<i128>>(indices: &[T], vertex_count: usize) -> PyResult<()> {
+    let valid = 0..(vertex_count as i128).min(1 << 32);
+    match indices.iter().position(|index| !valid.contains(&(*index).into())) {
         None => Ok(()),
         Some(at) => {
-            let (face, vertex) = (at / 3, wide(&indices[at]));
+            let (face, vertex): (usize, i128) = (at / 3, indices[at].into());
             Err(value_error(format!(
                 "faces: face {face} refers to vertex {vertex}, but there are {vertex_count} vertices"
             )))
         }
     }
+}
+
+/// A number, or an infinite one for an integer beyond the largest, which each argument refuses by its name. What is no number keeps its
+/// TypeError.
+pub fn number(given: &Bound<PyAny>) -> PyResult<f64> {
+    match given.extract::<f64>() {
+        Err(error) if error.is_instance_of::<PyOverflowError>(given.py()) => {
+            Ok(if given.lt(0)? { f64::NEG_INFINITY } else { f64::INFINITY })
+        }
+        extracted => extracted,
+    }
+}
+
+/// The same, or None.
+pub fn optional_number(given: &Bound<PyAny>) -> PyResult<Option<f64>> {
+    if given.is_none() { Ok(None) } else { number(given).map(Some) }
+}
+
+/// A vector or a quaternion: so many numbers, else a TypeError, to which the argument's name is added.
+pub fn vector<const N: usize>(given: &Bound<PyAny>) -> PyResult<[f64; N]> {
+    let (py, given) = (given.py(), given.extract::<[f64; N]>());
+    given.map_err(|error| match error {
+        error if error.is_instance_of::<PyValueError>(py) || error.is_instance_of::<PyOverflowError>(py) => {
+            type_error(format!("{N} finite numbers are needed"))
+        }
+        error => error,
+    })
+}
+
+/// The same, or None.
+pub fn optional_vector<const N: usize>(given: &Bound<PyAny>) -> PyResult<Option<[f64; N]>> {
+    if given.is_none() { Ok(None) } else { vector(given).map(Some) }
 }
 
 /// Numbers of a fixed count, such as a vector or a quaternion.

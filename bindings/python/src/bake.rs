@@ -12,6 +12,7 @@ use pyo3::prelude::*;
 use sdf_field::core::grid::owned::{Layout, Precision};
 use sdf_field::{BakeError, BakeOptions, Baked, Field, GridSize, InnerFaces, MaxError, MeshView, Progress, Threads};
 
+use crate::arrays;
 use crate::errors::{choice, type_error, value_error};
 use crate::integers;
 use crate::mesh::{Mesh, sign_method};
@@ -44,7 +45,7 @@ pub fn bake(
     mesh: &Bound<PyAny>,
     faces: Option<&Bound<PyAny>>,
     #[pyo3(from_py_with = integers::optional)] res: Option<i64>,
-    voxel_size: Option<f64>,
+    #[pyo3(from_py_with = arrays::optional_number)] voxel_size: Option<f64>,
     max_error: Option<&Bound<PyAny>>,
     layout: Option<&str>,
     sign: &str,
@@ -97,7 +98,7 @@ fn size(res: Option<u32>, voxel_size: Option<f64>, max_error: Option<MaxError>) 
 fn max_error_of(given: &Bound<PyAny>) -> PyResult<MaxError> {
     let wanted =
         || value_error("max_error: give a positive length, or text such as \"0.1%\" of the diagonal of the mesh's box");
-    let (number, is_fraction) = match given.extract::<f64>() {
+    let (number, is_fraction) = match arrays::number(given) {
         Ok(length) => (length, false),
         Err(_) => {
             let text: String =

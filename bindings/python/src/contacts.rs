@@ -53,7 +53,7 @@ impl Keywords<'_, '_> {
             elements: choice("elements", self.elements, &ELEMENTS)?,
             method: method(self.method)?,
             margin,
-            pose: self.pose.map(pose::rigid).transpose()?,
+            pose: pose::optional(self.pose, "pose")?,
             budget: budget.map(|budget| integers::within("budget", budget, 0..=u32::MAX, "")).transpose()?,
             tolerance,
             all_minima,

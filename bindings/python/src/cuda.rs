@@ -121,7 +121,7 @@ impl CudaQuery {
     /// Moves the field: pose as of Sdf.contacts; None puts it back into its own frame.
     #[pyo3(signature = (pose))]
     fn set_pose(&self, py: Python, pose: Option<&Bound<PyAny>>) -> PyResult<()> {
-        let pose = pose.map(pose::rigid).transpose()?;
+        let pose = pose::optional(pose, "pose")?;
         py.detach(|| self.state().query.set_pose(pose)).map_err(cuda_error)
     }
 

@@ -8,7 +8,7 @@ use sdf_field::{Field, Source};
 
 use crate::errors::{io_error, value_error};
 use crate::sdf::Sdf;
-use crate::{files, pools};
+use crate::{arrays, files, pools};
 
 /// A grid of another program, negative inside: a NanoVDB level set (.nvdb), or a NumPy array of shape (z, y, x) (.npy).
 ///
@@ -19,8 +19,8 @@ use crate::{files, pools};
 pub fn import_grid(
     py: Python,
     #[pyo3(from_py_with = files::path)] path: PathBuf,
-    spacing: Option<f64>,
-    origin: Option<[f64; 3]>,
+    #[pyo3(from_py_with = arrays::optional_number)] spacing: Option<f64>,
+    #[pyo3(from_py_with = arrays::optional_vector)] origin: Option<[f64; 3]>,
 ) -> PyResult<Sdf> {
     let bytes = pools::run(py, None, || std::fs::read(&path))?;
     let bytes = bytes.map_err(|error| io_error(&error, &path, &format!("{}: {error}", path.display())))?;

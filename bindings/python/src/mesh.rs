@@ -3,7 +3,7 @@
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PyTuple};
-use sdf_field::{Field, MeshView, SignMethod, Threads};
+use sdf_field::{Elements, Field, MeshView, SignMethod, Threads};
 
 use crate::arrays::{self, Rows};
 use crate::errors::{choice, type_error, value_error};
@@ -25,6 +25,12 @@ impl<'py> Mesh<'py> {
         let points = arrays::points(&vertices, "vertices")?;
         let faces = arrays::faces(&faces, points.as_slice().len())?;
         Ok(Self { points, faces })
+    }
+
+    /// How many elements a search looks at, to know whether they are few: the edges count as the faces.
+    pub fn count(&self, elements: Elements) -> usize {
+        let MeshView { points, faces } = self.view();
+        if elements == Elements::Vertices { points.len() } else { faces.len() }
     }
 
     pub fn view(&self) -> MeshView<'_> {

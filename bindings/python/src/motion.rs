@@ -14,7 +14,7 @@ use crate::pools::interruptible;
 use crate::{arrays, integers, pose, sdf::Sdf};
 
 /// The faces of a mesh in clusters of neighbours, for contacts(..., clusters=...) frame after frame: clusters that are far from the field
-/// are not looked at. Contacts are the same.
+/// are not looked at. Contacts are the same; where complete, elements that are "possible" by their own bounds alone may be left out.
 ///
 /// Made once, of an object with .vertices and .faces or .triangles, or of vertices (n, 3) and faces (m, 3); it takes as long as some ten
 /// queries.
@@ -67,7 +67,7 @@ impl<'a> Motion<'a> {
     ) -> PyResult<Self> {
         Ok(Self {
             clusters: clusters.map(Bound::get),
-            pose: mesh_pose.map(pose::rigid).transpose()?,
+            pose: pose::optional(mesh_pose, "mesh_pose")?,
             margins: margins.map(|given| arrays::lengths(given, "margins")).transpose()?,
         })
     }
@@ -131,7 +131,7 @@ impl Sdf {
     /// pose, end_pose: where the field stands at the times 0 and 1, in the mesh's frame; it moves at constant velocity and spin, by the
     /// shorter way around. pose alone: it stands still.
     /// tolerance: a length [default: 1e-4 of the longest side of the box around both frames].
-    /// budget: evaluations of the field an element. threads: None for all cores. Ctrl-C ends it, from 513 faces on.
+    /// budget: evaluations of the field an element. threads: None for all cores. Ctrl-C ends it, from 513 faces or vertices on.
     #[pyo3(signature = (mesh, faces=None, *, end, thickness=0.0, elements="faces", pose=None, end_pose=None, tolerance=None,
         budget=65536, threads=None))]
     #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
@@ -141,11 +141,11 @@ impl Sdf {
         mesh: &Bound<'py, PyAny>,
         faces: Option<&Bound<'py, PyAny>>,
         end: &Bound<'py, PyAny>,
-        thickness: f64,
+        #[pyo3(from_py_with = arrays::number)] thickness: f64,
         elements: &str,
         pose: Option<&Bound<'py, PyAny>>,
         end_pose: Option<&Bound<'py, PyAny>>,
-        tolerance: Option<f64>,
+        #[pyo3(from_py_with = arrays::optional_number)] tolerance: Option<f64>,
         #[pyo3(from_py_with = integers::clamped)] budget: i64,
         #[pyo3(from_py_with = integers::optional)] threads: Option<i64>,
     ) -> PyResult<TimedRecords<'py>> {
@@ -159,12 +159,11 @@ impl Sdf {
                 start.points.len()
             )));
         }
-        let [pose, end_pose] = [pose, end_pose].map(|pose| pose.map(pose::rigid).transpose());
         let options = FirstTouchOptions {
             elements: choice("elements", elements, &ELEMENTS)?,
             thickness,
-            pose: pose?,
-            end_pose: end_pose?,
+            pose: pose::optional(pose, "pose")?,
+            end_pose: pose::optional(end_pose, "end_pose")?,
             tolerance,
             budget: integers::within("budget", budget, 0..=u32::MAX, "")?,
             threads: Threads::ALL,
@@ -173,7 +172,7 @@ impl Sdf {
             return Err(value_error(format!("thickness={thickness}: give a finite length")));
         }
         self.0.check_margin(thickness).map_err(|error| value_error(format!("thickness: {error}")))?;
-        let found = interruptible(py, threads, start.faces.len(), |threads, cancel| {
+        let found = interruptible(py, threads, mesh.count(options.elements), |threads, cancel| {
             let options = FirstTouchOptions { threads, ..options };
             self.0.first_touches_cancellable(&MeshPath { start, end }, &options, cancel)
         })?;

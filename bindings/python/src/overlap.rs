@@ -52,10 +52,23 @@ impl Overlap {
         distances(py, self.0.points.iter())
     }
 
-    /// Area of the patch between the fields, a unit squared; 0 where they do not touch.
+    /// Area of the patch between the fields, a unit squared; 0 where they do not touch. What `unknown` counts is not in it.
     #[getter]
     fn area(&self) -> f64 {
         self.0.patch.map_or(0.0, |patch| patch.area)
+    }
+
+    /// Cubes of the patch in which the fields have no number, or the same slope: they cannot be cut, and are not in the area. So two equal
+    /// fields in one place touch, and have area 0.
+    #[getter]
+    fn unknown(&self) -> u32 {
+        self.0.patch.map_or(0, |patch| patch.undefined_count)
+    }
+
+    /// Was the whole patch looked at? Else the budget ran out, and there may be more.
+    #[getter]
+    fn complete(&self) -> bool {
+        self.0.patch.is_none_or(|patch| patch.is_complete)
     }
 
     /// Points of the patch: float64 (p, 3).
@@ -101,7 +114,7 @@ pub fn find(
     }
     [a, b].into_iter().try_for_each(|field| field.check_margin(margin)).map_err(value_error)?;
     let [pose_a, pose_b] = poses;
-    let poses = [pose_a.map(pose::rigid).transpose()?, pose_b.map(pose::rigid).transpose()?];
+    let poses = [pose::optional(pose_a, "pose")?, pose::optional(pose_b, "other_pose")?];
     let options = OverlapOptions { poses, margin, tolerance, resolution, ..OverlapOptions::default() };
     py.detach(|| a.overlap(b, &options)).map(Overlap).map_err(value_error)
 }

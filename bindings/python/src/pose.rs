@@ -12,30 +12,38 @@ use crate::errors::{type_error, value_error};
 const MAX_SKEW: f64 = 1e-5;
 
 /// The motion x = R p + t from a matrix ((R, t), (0, 1)), or from (t, q), a tuple or a list, with q = (x, y, z, w) of any length but zero.
-pub fn rigid(pose: &Bound<PyAny>) -> PyResult<Rigid> {
+/// `what`: the argument's name, for errors.
+fn rigid(pose: &Bound<PyAny>, what: &str) -> PyResult<Rigid> {
     if let Ok([translation, rotation]) = pose.extract::<[Bound<PyAny>; 2]>() {
-        let (translation, rotation) = (numbers(&translation, "pose[0]")?, numbers(&rotation, "pose[1]")?);
-        return motion(translation, rotation);
+        let translation = numbers(&translation, &format!("{what}[0]"))?;
+        return motion(translation, numbers(&rotation, &format!("{what}[1]"))?, what);
     }
-    let array = as_array(pose, "pose")?;
+    let array = as_array(pose, what)?;
     if array.shape() != [4, 4] {
-        return Err(type_error(
-            "pose: give a matrix of shape (4, 4), or a translation (3,) and a quaternion (x, y, z, w)",
-        ));
+        return Err(type_error(format!(
+            "{what}: give a matrix of shape (4, 4), or a translation (3,) and a quaternion (x, y, z, w)"
+        )));
     }
-    let rows: Vec<Vec<f64>> =
-        array.call_method0("tolist")?.extract().map_err(|_| type_error("pose: not a matrix of numbers"))?;
+    let wanted = |_| type_error(format!("{what}: not a matrix of numbers"));
+    let rows: Vec<Vec<f64>> = array.call_method0("tolist")?.extract().map_err(wanted)?;
     let rotation = Matrix3::from_fn(|row, column| rows[row][column]);
     let skew = (rotation.transpose() * rotation - Matrix3::identity()).amax();
     let is_rigid = skew <= MAX_SKEW && rotation.determinant() > 0.0 && rows[3] == [0.0, 0.0, 0.0, 1.0];
     if !is_rigid {
-        return Err(value_error("pose: not a rigid motion: a scale, a mirror, a shear or a NaN is in the matrix"));
+        return Err(value_error(format!(
+            "{what}: not a rigid motion: a scale, a mirror, a shear or a NaN is in the matrix"
+        )));
     }
     let quaternion = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(rotation));
-    motion([0, 1, 2].map(|row| rows[row][3]), quaternion.coords.into())
+    motion([0, 1, 2].map(|row| rows[row][3]), quaternion.coords.into(), what)
 }
 
-fn motion(translation: [f64; 3], rotation: [f64; 4]) -> PyResult<Rigid> {
-    Rigid::new(translation, rotation)
-        .ok_or_else(|| value_error("pose: the quaternion is zero, or a number is NaN or infinite"))
+/// The same, or `None`.
+pub fn optional(pose: Option<&Bound<PyAny>>, what: &str) -> PyResult<Option<Rigid>> {
+    pose.map(|pose| rigid(pose, what)).transpose()
+}
+
+fn motion(translation: [f64; 3], rotation: [f64; 4], what: &str) -> PyResult<Rigid> {
+    let wrong = || value_error(format!("{what}: the quaternion is zero, or a number is NaN or infinite"));
+    Rigid::new(translation, rotation).ok_or_else(wrong)
 }

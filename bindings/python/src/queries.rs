@@ -10,7 +10,7 @@ use crate::cuda::CudaQuery;
 use crate::errors::{choice, value_error};
 use crate::motion::{MeshClusters, Motion};
 use crate::pools::on_threads;
-use crate::{files, integers, mesh::Mesh, sdf::Sdf};
+use crate::{arrays, files, integers, mesh::Mesh, sdf::Sdf};
 
 #[pymethods]
 impl Sdf {
@@ -20,7 +20,7 @@ impl Sdf {
     /// mesh: an object with .vertices and .faces or .triangles, or vertices (n, 3) and faces (m, 3). Elements with coordinates that are
     /// not finite or too large are a ValueError, which counts them.
     /// margin: a length; negative: only contacts at least so deep, refused below the band of a sparse grid, also of one that was moved
-    /// or combined. elements: "faces", "edges" or "vertices".
+    /// or combined. elements: "faces", "edges" or "vertices"; of points without a mesh "vertices" with faces=[].
     /// method: "auto", "certified", "fw", "pgd", "newton", or "gss" (edges only).
     /// pose: where the field stands in the frame of the mesh: a matrix (4, 4), or a translation (3,) and a quaternion (x, y, z, w).
     /// all_minima: every isolated minimum of an element. one_per_feature: one contact for each vertex, edge or face touched.
@@ -31,8 +31,8 @@ impl Sdf {
     /// budget: evaluations of auto (256) and certified (1024), iterations of other methods (32). tolerance: auto and certified end within
     /// this fraction of slope_bound · longest edge of the minimum, or of slope_bound · longest side of the field's box if that is shorter;
     /// neither counts where exact. threads: None for all cores.
-    /// For a mesh that moves, faces alone: clusters, a MeshClusters of it, leaves out what is far from the field, with the same contacts;
-    /// vertices that moved against each other need refitted clusters, which nothing checks.
+    /// For a mesh that moves, faces alone: clusters, a MeshClusters of it, leaves out what is far from the field, with the same contacts
+    /// (where complete, elements that are "possible" by their own bounds alone may be left out); vertices that moved against each other need refitted clusters, which nothing checks.
     /// mesh_pose: where the frame of a rigid mesh stands; contacts are those of the mesh moved there. margins: one for each face (m,), in
     /// place of margin.
     /// device: "cpu", or "cuda" for an NVIDIA GPU, in f32: docs/gpu.md. There vertices (n, 3) of float32 and faces (m, 3) of uint32 or
@@ -50,7 +50,7 @@ impl Sdf {
         py: Python<'py>,
         mesh: &Bound<'py, PyAny>,
         faces: Option<&Bound<'py, PyAny>>,
-        margin: f64,
+        #[pyo3(from_py_with = arrays::number)] margin: f64,
         method: &str,
         elements: &str,
         pose: Option<&Bound<'py, PyAny>>,
@@ -60,7 +60,7 @@ impl Sdf {
         one_per_feature: bool,
         lean: bool,
         #[pyo3(from_py_with = integers::optional)] budget: Option<i64>,
-        tolerance: f64,
+        #[pyo3(from_py_with = arrays::number)] tolerance: f64,
         #[pyo3(from_py_with = integers::optional)] threads: Option<i64>,
         clusters: Option<&Bound<'py, MeshClusters>>,
         mesh_pose: Option<&Bound<'py, PyAny>>,
@@ -92,7 +92,7 @@ impl Sdf {
                 let mesh = Mesh::new(mesh, faces)?;
                 let view = mesh.view();
                 motion.check_mesh(&self.0, view, &options)?;
-                let found = on_threads(py, threads, view.faces.len(), |threads| {
+                let found = on_threads(py, threads, mesh.count(options.elements), |threads| {
                     let found = motion.find(&self.0, view, &ContactOptions { threads, ..options });
                     Found::checked(found, view, options.elements)
                 })?;
@@ -114,14 +114,14 @@ impl Sdf {
         py: Python,
         mesh: &Bound<PyAny>,
         faces: Option<&Bound<PyAny>>,
-        margin: f64,
+        #[pyo3(from_py_with = arrays::number)] margin: f64,
         method: &str,
         elements: &str,
         pose: Option<&Bound<PyAny>>,
         one_per_feature: bool,
         lean: bool,
         #[pyo3(from_py_with = integers::optional)] budget: Option<i64>,
-        tolerance: f64,
+        #[pyo3(from_py_with = arrays::number)] tolerance: f64,
         #[pyo3(from_py_with = integers::optional)] threads: Option<i64>,
         #[pyo3(from_py_with = files::optional_path)] kernels: Option<PathBuf>,
     ) -> PyResult<CudaQuery> {

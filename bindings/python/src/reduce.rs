@@ -5,6 +5,7 @@ use pyo3::prelude::*;
 use sdf_field::Contacts;
 use sdf_field::core::contact::{MAX_REDUCED, Reduction};
 
+use crate::arrays;
 use crate::contacts::{self, Record, records};
 use crate::errors::{type_error, value_error};
 use crate::integers;
@@ -21,8 +22,8 @@ pub fn reduce<'py>(
     py: Python<'py>,
     contacts: &Bound<'py, PyAny>,
     #[pyo3(from_py_with = integers::clamped)] count: i64,
-    movement: f64,
-    thickness: f64,
+    #[pyo3(from_py_with = arrays::number)] movement: f64,
+    #[pyo3(from_py_with = arrays::number)] thickness: f64,
 ) -> PyResult<(Bound<'py, PyArray1<Record>>, f64)> {
     let wanted = || type_error("contacts: give an array (n,) of contact_dtype, such as Sdf.contacts gives");
     let contacts = match contacts.extract::<PyReadonlyArray1<Record>>() {

@@ -10,7 +10,7 @@ use sdf_field::core::Sample;
 use sdf_field::core::grid::owned::OwnedStorage;
 use sdf_field::core::placed::Similarity;
 use sdf_field::file::SaveError;
-use sdf_field::{Field, status_bits};
+use sdf_field::{CombineError, Field, status_bits};
 
 use crate::errors::{file_error, grid_error, type_error, value_error};
 use crate::export::Export;
@@ -88,9 +88,9 @@ impl Sdf {
         other: &Bound<Self>,
         pose: Option<&Bound<PyAny>>,
         other_pose: Option<&Bound<PyAny>>,
-        margin: f64,
-        tolerance: f64,
-        resolution: Option<f64>,
+        #[pyo3(from_py_with = arrays::number)] margin: f64,
+        #[pyo3(from_py_with = arrays::number)] tolerance: f64,
+        #[pyo3(from_py_with = arrays::optional_number)] resolution: Option<f64>,
     ) -> PyResult<Overlap> {
         overlap::find(py, [&self.0, &other.get().0], [pose, other_pose], margin, tolerance, resolution)
     }
@@ -111,23 +111,28 @@ impl Sdf {
     }
 
     /// The union with its seam filled over a width of blend, a length.
-    fn smooth_union(&self, other: &Bound<Self>, blend: f64) -> PyResult<Self> {
-        self.0.smooth_union(&other.get().0, blend).map(Self).map_err(value_error)
+    fn smooth_union(&self, other: &Bound<Self>, #[pyo3(from_py_with = arrays::number)] blend: f64) -> PyResult<Self> {
+        self.0.smooth_union(&other.get().0, blend).map(Self).map_err(|error| named("blend", error))
     }
 
     /// The body grown by a length, shrunk where that is negative.
-    fn offset(&self, distance: f64) -> PyResult<Self> {
-        self.0.offset(distance).map(Self).map_err(value_error)
+    fn offset(&self, #[pyo3(from_py_with = arrays::number)] distance: f64) -> PyResult<Self> {
+        self.0.offset(distance).map(Self).map_err(|error| named("distance", error))
     }
 
     /// The points about the surface, in a layer of this thickness.
-    fn shell(&self, thickness: f64) -> PyResult<Self> {
-        self.0.shell(thickness).map(Self).map_err(value_error)
+    fn shell(&self, #[pyo3(from_py_with = arrays::number)] thickness: f64) -> PyResult<Self> {
+        self.0.shell(thickness).map(Self).map_err(|error| named("thickness", error))
     }
 
     /// The field scaled, then turned by a quaternion (x, y, z, w), then moved.
     #[pyo3(signature = (translation=[0.0; 3], rotation=[0.0, 0.0, 0.0, 1.0], scale=1.0))]
-    fn moved(&self, translation: [f64; 3], rotation: [f64; 4], scale: f64) -> PyResult<Self> {
+    fn moved(
+        &self,
+        #[pyo3(from_py_with = arrays::vector)] translation: [f64; 3],
+        #[pyo3(from_py_with = arrays::vector)] rotation: [f64; 4],
+        #[pyo3(from_py_with = arrays::number)] scale: f64,
+    ) -> PyResult<Self> {
         let placement = Similarity::new(translation, rotation, scale);
         let placement = placement
             .ok_or_else(|| value_error("moved: rotation must not be zero, scale positive, and all numbers finite"))?;
@@ -279,6 +284,14 @@ impl Sdf {
             (Some(_), None) => format!("<sdftool.Sdf: {} grid>", self.layout()),
             _ => "<sdftool.Sdf: closed form>".to_owned(),
         }
+    }
+}
+
+/// What is wrong with the length of a combination, by the argument's name.
+fn named(argument: &str, error: CombineError) -> PyErr {
+    match error {
+        CombineError::NotFinite(_) | CombineError::NotPositive(_) => value_error(format!("{argument}: {error}")),
+        _ => value_error(error),
     }
 }
 

@@ -336,6 +336,10 @@ def test_overlap_of_two_fields(body):
     assert found.patch_points.shape == found.patch_normals.shape == (len(found.patch_areas), 3)
     apart = body.overlap(sdftool.sphere(0.1), other_pose=([0, 0, 1.5], [0, 0, 0, 1]))
     assert apart.verdict == "separated" and apart.area == 0.0 and apart.points.shape == (0, 3)
+    assert (apart.unknown, apart.complete) == (0, True)
+    # Where both have the same slope nothing is cut.
+    equal = sdftool.sphere(1.0).overlap(sdftool.sphere(1.0))
+    assert equal.verdict == "contact" and equal.area == 0.0 and equal.unknown > 100
 
 
 def test_statuses_say_where_a_value_is_only_a_bound(fields):

@@ -120,6 +120,13 @@ def test_ctrl_c_ends_a_search_for_first_touches(threads):
     assert_ctrl_c_ends(LONG_SEARCH, f"body.first_touches(end + [3, 0, 0], copies, end=end, threads={threads})")
 
 
+def test_ctrl_c_ends_a_search_for_first_touches_of_vertices():
+    # They pass beside the ground, nearer than a step.
+    setup = "points = np.tile([0.0, 0.0, 2e-5], (20_000, 1))"
+    call = "sdftool.half_space().first_touches(points, [], end=points + [1, 0, 0], elements='vertices', tolerance=1e-6)"
+    assert_ctrl_c_ends(setup, call)
+
+
 CLOTH = sheet(4)
 CLUSTERS = sdftool.MeshClusters(*CLOTH)
 NAN = np.where(np.arange(25)[:, None] == 7, np.nan, CLOTH[0])
@@ -142,6 +149,9 @@ SPARSE = sdftool.bake(*ball(6), res=16, layout="sparse")
         (lambda: BODY.contacts(*CLOTH, margins=0.1), TypeError, r"margins: .*\(m,\)"),
         (lambda: BODY.contacts(*CLOTH, margins=["a"] * 32), TypeError, "margins: .* numbers"),
         (lambda: BODY.contacts(*CLOTH, margins=np.full(32, np.nan)), ValueError, "the margin of face 0 must be a finite length"),
+        (lambda: BODY.contacts(*CLOTH, margins=np.where(np.arange(32) == 3, np.inf, 0.0)), ValueError, "^the margin of face 3 must be a finite length$"),
+        (lambda: BODY.contacts(*CLOTH, mesh_pose=2.0 * np.eye(4)), ValueError, "^mesh_pose: not a rigid motion"),
+        (lambda: BODY.first_touches(*CLOTH, end=CLOTH[0], end_pose=([0, 0, 0], [0, 0, 0, 0])), ValueError, "^end_pose: the quaternion is zero"),
         (lambda: SPARSE.contacts(*CLOTH, margins=np.linspace(-0.9, 0.0, 32)), ValueError, "margins: .*complete=True"),
         (lambda: SPARSE.contacts(*CLOTH, margins=np.linspace(0.0, 99.0, 32)), ValueError, "margins: "),
         (lambda: BODY.contacts(*CLOTH, exact=True, mesh_pose=np.eye(4)), ValueError, "exact search"),

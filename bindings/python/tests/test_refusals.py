@@ -24,6 +24,12 @@ def saved_array():
     return path
 
 
+def wanted(name, count):
+    """Text of a vector with another number of numbers: from Python 3.11 on the name is in a note."""
+    words = f"{count} finite numbers are needed"
+    return f"^(argument '{name}': {words}|{words}\nwhile processing '{name}')$"
+
+
 CASES = [
     (lambda: sdftool.bake("dragon.obj"), TypeError, "a str is not a mesh"),
     (lambda: sdftool.bake(VERTICES), TypeError, "give vertices and faces"),
@@ -35,7 +41,9 @@ CASES = [
     (lambda: sdftool.bake(VERTICES, FACES.astype(np.int32) + 60), ValueError, "refers to vertex 6[0-9], but there are 62 vertices"),
     (lambda: sdftool.bake(VERTICES, FACES.astype(np.uint32) + 60), ValueError, "refers to vertex 6[0-9], but there are 62 vertices"),
     (lambda: sdftool.bake(VERTICES, FACES - 1), ValueError, "refers to vertex -1"),
-    (lambda: sdftool.bake(VERTICES, FACES.astype(np.uint64) + 2**63), ValueError, "refers to vertex -"),
+    (lambda: sdftool.bake(VERTICES, FACES.astype(np.uint64) + 2**63), ValueError, "refers to vertex 92233720368547758[0-9]{2}, but"),
+    (lambda: sdftool.bake(VERTICES, np.full((1, 3), 2**64 - 1)), ValueError, "refers to vertex 18446744073709551615, but"),
+    (lambda: sdftool.bake(VERTICES, np.full((3, 1), 2**64 - 1).T), ValueError, "refers to vertex 18446744073709551615, but"),
     (lambda: sdftool.bake(NAN, FACES), ValueError, "NaN|finite"),
     (lambda: sdftool.bake([], []), ValueError, "no |empty|triangle"),
     (lambda: sdftool.bake(VERTICES, FACES, res=0), ValueError, "res=0"),
@@ -88,9 +96,24 @@ CASES = [
     (lambda: GRID.contacts(*sheet(4), pose=np.eye(3)), TypeError, r"\(4, 4\)"),
     (lambda: GRID.contacts(*sheet(4), pose=[[0, 0, 0], [0, 0, 1]]), TypeError, r"pose\[1\]: 4 numbers"),
     (lambda: GRID.contacts(*sheet(4), pose=([0, 0, 0], [0, 0, 0, 0])), ValueError, "quaternion is zero"),
+    (lambda: GRID.overlap(GRID, other_pose=2.0 * np.eye(4)), ValueError, "^other_pose: not a rigid motion"),
+    (lambda: GRID.overlap(GRID, pose=([0, 0], [0, 0, 0, 1])), TypeError, r"^pose\[0\]: 3 numbers"),
     (lambda: GRID | 1, TypeError, "unsupported operand"),
     (lambda: GRID.overlap(None), TypeError, "Sdf"),
     (lambda: sdftool.sphere(-1.0), ValueError, "radius must be positive"),
+    (lambda: sdftool.sphere(10**400), ValueError, "radius must be positive and finite"),
+    (lambda: sdftool.sphere(1.0).offset(-(10**400)), ValueError, "^distance: -inf is not a finite length"),
+    (lambda: GRID.contacts(*sheet(4), margin=10**400), ValueError, "^margin=inf"),
+    (lambda: sdftool.bake(VERTICES, FACES, voxel_size=10**400), ValueError, "^voxel_size=inf"),
+    (lambda: sdftool.cuboid([1, 2]), TypeError, wanted("half_extents", 3)),
+    (lambda: sdftool.cuboid([1, 2, 10**400]), TypeError, wanted("half_extents", 3)),
+    (lambda: GRID.moved([1, 2]), TypeError, wanted("translation", 3)),
+    (lambda: GRID.moved(rotation=[1, 2, 3]), TypeError, wanted("rotation", 4)),
+    (lambda: sdftool.import_grid("a.npy", origin=[0, 0]), TypeError, wanted("origin", 3)),
+    (lambda: GRID.offset(math.nan), ValueError, "^distance: NaN is not a finite length$"),
+    (lambda: GRID.shell(math.nan), ValueError, "^thickness: NaN is not a positive finite length$"),
+    (lambda: GRID.smooth_union(GRID, math.nan), ValueError, "^blend: NaN is not a positive finite length$"),
+    (lambda: sdftool.reduce(GRID.contacts(*sheet(4)), 4, movement=0.1, thickness=math.nan), ValueError, "^the thickness must be a finite length$"),
     (lambda: sdftool.union([]), ValueError, "one field"),
     (lambda: sdftool.half_space().overlap(sdftool.half_space()), ValueError, "unbounded"),
     (lambda: pickle.dumps(GRID | sdftool.sphere(1.0)), TypeError, "cannot be pickled"),

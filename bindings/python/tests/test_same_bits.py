@@ -112,4 +112,5 @@ def test_two_fields_have_the_bits_of_the_program(program, tmp_path):
     overlap = a.overlap(b, pose=([0.0, 0.0, 1.2], [0.0, 0.0, 0.0, 1.0]))
     assert overlap.verdict == "contact" == found["verdict"]
     assert overlap.area == found["patch"]["area"] and len(overlap.patch_areas) == found["patch"]["points"]
+    assert (overlap.unknown, overlap.complete) == (found["patch"]["unknown"], found["patch"]["complete"])
     assert overlap.lower_bound == found["deepest"]["lower_bound"]

@@ -4,7 +4,7 @@ use sdf_field::core::contact::Reduction;
 use sdf_field::core::grid::owned::{Layout, Precision};
 use sdf_field::core::placed::Rigid;
 use sdf_field::{
-    BakeOptions, ContactOptions, Elements, GridSize, InnerFaces, MaxError, SignMethod, Source, Threads, UnknownMethod,
+    BakeOptions, ContactOptions, Elements, GridSize, InnerFaces, MaxError, Method, SignMethod, Source, Threads,
 };
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
@@ -150,6 +150,15 @@ const INNER_FACES: [(&str, InnerFaces); 2] = [("drop", InnerFaces::Drop), ("keep
 const ELEMENTS: [(&str, Elements); 3] =
     [("faces", Elements::Faces), ("edges", Elements::Edges), ("vertices", Elements::Vertices)];
 
+const METHODS: [(&str, Method); 6] = [
+    ("auto", Method::Auto),
+    ("certified", Method::Certified),
+    ("fw", Method::FrankWolfe),
+    ("pgd", Method::ProjectedGradient),
+    ("newton", Method::Newton),
+    ("gss", Method::GoldenSection),
+];
+
 fn is_length(length: f64) -> bool {
     length > 0.0 && length.is_finite()
 }
@@ -171,8 +180,9 @@ impl SourceWords {
     fn to_rust(&self, triangles: usize) -> Result<Source, String> {
         let mut sha256 = [0; 32];
         if !self.sha256.is_empty() {
+            let digits = Some(&self.sha256).filter(|digits| digits.len() == 64);
             let byte =
-                |index: usize| self.sha256.get(2 * index..2 * index + 2).map(|digits| u8::from_str_radix(digits, 16));
+                |index: usize| digits?.get(2 * index..2 * index + 2).map(|digits| u8::from_str_radix(digits, 16));
             for (index, place) in sha256.iter_mut().enumerate() {
                 *place = byte(index).and_then(Result::ok).ok_or("source.sha256: give 64 hexadecimal digits")?;
             }
@@ -199,7 +209,7 @@ impl ContactWords {
             },
             method: match self.method.as_deref() {
                 None => default.method,
-                Some(name) => name.parse().map_err(|error: UnknownMethod| error.to_string())?,
+                Some(name) => choice("method", name, &METHODS)?,
             },
             margin: self.margin,
             pose: pose.transpose()?,

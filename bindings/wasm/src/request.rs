@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use sdf_field::core::contact::Contact;
 use sdf_field::page::{self, Scene};
-use sdf_field::{BakeError, ContactRow, Contacts, Field, MeshView, Progress, Threads, status_bits};
+use sdf_field::{BakeError, ContactRow, Contacts, Field, MeshView, Progress, QueryError, Threads, status_bits};
 use sdf_formats::contact_file::ContactRecord;
 use sdf_formats::mesh;
 use serde::Deserialize;
@@ -165,7 +165,12 @@ fn contacts(field: &Field, mesh: MeshView, words: &ContactWords) -> Result<(Cont
         let advice = if error.is_too_deep() { ", or give complete: true" } else { "" };
         format!("{error}{advice}")
     })?;
-    let mut found = field.contacts(mesh, &options).map_err(|error| error.to_string())?;
+    let mut found = field.contacts(mesh, &options).map_err(|error| match error {
+        QueryError::MeshNotKept => {
+            "exact: the field does not keep its mesh: bake it again with keepMesh: true".to_owned()
+        }
+        error => error.to_string(),
+    })?;
     found.require_finite(mesh, options.elements).map_err(|error| error.to_string())?;
     let mut summary = summary(&found);
     if let Some(reduction) = words.reduction() {

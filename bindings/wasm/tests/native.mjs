@@ -138,6 +138,9 @@ const wrong = [
   [() => sdf.bake(tetrahedron, { weld: -Infinity }), /weld: -Infinity/],
   [() => sdf.bake(tetrahedron, { maxError: "many" }), /maxError/],
   [() => sdf.bake(tetrahedron, { res: 5000 }), /needs .* bytes, and .* are free/],
+  [() => sdf.bake(tetrahedron, { progress: 3 }), /^TypeError: progress: give a function$/],
+  [() => sdf.bake(tetrahedron, { weld: 1e9 }), /use a smaller weld$/],
+  ...["f".repeat(80), "f".repeat(62), "g".repeat(64)].map(sha256 => [() => sdf.bake(tetrahedron, { source: { sha256 } }), /^Error: source.sha256: give 64 hexadecimal digits$/]),
   [() => sdf.bake({ points: [0, 0, 0, 1], faces: [0, 0, 0] }), /three numbers/],
   [() => sdf.bake({ points: [0, 0, 0, 1, 0, 0, 0, 1, 0], faces: [0, 1, 7] }), /vertex 7|7/],
   [() => sdf.bake({ points: [NaN, 0, 0, 1, 0, 0, 0, 1, 0], faces: [0, 1, 2] }), /NaN|finite/],
@@ -183,9 +186,9 @@ const wrong = [
   [() => body.contacts(tetrahedron, { budget: NaN }), /budget: NaN/],
   [() => body.contacts(tetrahedron, { pose: { translation: [0, NaN, 0] } }), /translation: NaN/],
   [() => body.contacts(tetrahedron, { elements: "corners" }), /faces, edges, vertices/],
-  [() => body.contacts(tetrahedron, { method: "guess" }), /certified/],
+  ...["guess", "sample4", "corners"].map(method => [() => body.contacts(tetrahedron, { method }), /give one of auto, certified, fw, pgd, newton, gss$/]),
   [() => body.contacts(tetrahedron, { method: "gss" }), /edges/],
-  [() => body.contacts(tetrahedron, { exact: true }), /keep/i],
+  [() => body.contacts(tetrahedron, { exact: true }), /keepMesh: true$/],
   [() => body.contacts(tetrahedron, { reduce: { count: 65, movement: 1 } }), /^Error: reduce: 65 contacts/],
   [() => body.contacts(tetrahedron, { reduce: { count: 4, movement: 0 } }), /reduce: .*positive length/],
   [() => body.contacts(tetrahedron, { reduce: { count: 4 } }), /movement/],
@@ -193,6 +196,9 @@ const wrong = [
   [() => freed.sample([0, 0, 0]), /freed/],
 ];
 for (const [call, message] of wrong) assert.throws(call, message, String(call));
+// Null stands for no options.
+assert.deepEqual([body.contacts(tetrahedron, null).point, body.page("page", tetrahedron, null).html], [body.contacts(tetrahedron).point, body.page("page", tetrahedron).html]);
+assert.equal(sdf.bake(tetrahedron, null).info.errorBound, sdf.bake(tetrahedron, { progress: null }).info.errorBound);
 // Other types whose numbers stay the same are taken.
 assert.deepEqual(body.sample([...points]).distance, before);
 assert.deepEqual(body.contacts({ points: new Float32Array(tetrahedron.points), faces: new Int16Array(tetrahedron.faces) }).point, body.contacts(tetrahedron).point);

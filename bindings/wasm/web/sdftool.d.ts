@@ -162,7 +162,7 @@ export class Sdftool {
   readonly isDead: boolean;
   /** Reads OBJ, PLY, STL or OFF; the content says which. */
   mesh(bytes: Bytes, name: string): Mesh & { points: Float64Array; faces: Uint32Array };
-  bake(mesh: Mesh, options?: BakeOptions): Field;
+  bake(mesh: Mesh, options?: BakeOptions | null): Field;
   /** Opens the bytes of .sdf.h5 or .sdf.toml. */
   open(bytes: Bytes, name?: string): Field;
 }
@@ -179,12 +179,12 @@ export class Field {
    */
   sample(points: Numbers): { distance: Float64Array; gradient: Float64Array; status: Uint8Array };
   /** Throws where elements have a vertex that is not finite, or beyond 1e150; the error counts them and names the first. */
-  contacts(mesh: Mesh, options?: ContactOptions): Contacts;
+  contacts(mesh: Mesh, options?: ContactOptions | null): Contacts;
   contacts(mesh: Pick<Mesh, "points">, options: ContactOptions & { elements: "vertices" }): Contacts;
   /** The bytes of a .sdf.h5, or of a .sdf.toml, for `open` and for the program. */
   save(): OwnBytes;
   /** The page of `sdftool view` in UTF-8: the field, and a mesh with its contacts; throws as `contacts` does. */
-  page(name: string, mesh?: Mesh, options?: ContactOptions): ContactSummary & { html: OwnBytes };
+  page(name: string, mesh?: Mesh, options?: ContactOptions | null): ContactSummary & { html: OwnBytes };
   page(name: string, mesh: Pick<Mesh, "points">, options: ContactOptions & { elements: "vertices" }): ContactSummary & { html: OwnBytes };
   /** Gives the memory back; the field cannot be used afterwards. */
   free(): void;

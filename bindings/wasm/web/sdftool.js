@@ -78,13 +78,14 @@ export class Sdftool {
     return { points: f64s, faces: u32s, source: answer.source };
   }
 
-  bake(mesh, { progress, ...options } = {}) {
-    const { points, faces, source } = meshOf(mesh);
+  bake(mesh, options) {
+    const [{ points, faces, source }, { progress, ...words }] = [meshOf(mesh), options ?? {}];
+    if (progress != undefined && typeof progress != "function") throw new TypeError("progress: give a function");
     // A bake in the progress of another.
     const outer = [this.#progress, this.#thrown];
     [this.#progress, this.#thrown] = [progress, undefined];
     try {
-      const { answer } = this.call({ call: "bake", options: { source, ...options } }, { f64s: points, u32s: faces });
+      const { answer } = this.call({ call: "bake", options: { source, ...words } }, { f64s: points, u32s: faces });
       return new Field(this, answer);
     } catch (error) {
       throw this.#thrown ? this.#thrown.error : error;
@@ -162,8 +163,9 @@ export class Field {
     return { distance: f64s.slice(0, f64s.length / 4), gradient: f64s.slice(f64s.length / 4), status: bytes };
   }
 
-  contacts(mesh, options = {}) {
-    const { answer, f64s, u32s } = this.#call("contacts", { options }, meshOf(mesh, options?.elements != "vertices"));
+  contacts(mesh, options) {
+    options ??= {};
+    const { answer, f64s, u32s } = this.#call("contacts", { options }, meshOf(mesh, options.elements != "vertices"));
     const found = { ...answer };
     for (const [columns, numbers] of [[F64_COLUMNS, f64s], [U32_COLUMNS, u32s]]) {
       let start = 0;
@@ -177,8 +179,9 @@ export class Field {
     return this.#call("save", {}).bytes;
   }
 
-  page(name, mesh, options = {}) {
-    const { answer, bytes } = this.#call("page", { name, options }, mesh === undefined ? {} : meshOf(mesh, options?.elements != "vertices"));
+  page(name, mesh, options) {
+    options ??= {};
+    const { answer, bytes } = this.#call("page", { name, options }, mesh === undefined ? {} : meshOf(mesh, options.elements != "vertices"));
     return { ...answer, html: bytes };
   }
 

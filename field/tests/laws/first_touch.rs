@@ -218,12 +218,13 @@ fn a_moving_mesh_that_cannot_be_watched_is_refused() {
     let options = FirstTouchOptions::default();
     let error = |path: &MeshPath, options: &FirstTouchOptions| field.first_touches(path, options).unwrap_err();
     assert_eq!(error(&MeshPath { end: &points[..2], ..path }, &options), QueryError::VertexCountDiffers);
-    for wrong in [
-        FirstTouchOptions { thickness: f64::NAN, ..options },
-        FirstTouchOptions { tolerance: Some(0.0), ..options },
-        FirstTouchOptions { tolerance: Some(f64::INFINITY), ..options },
-    ] {
+    for thickness in [f64::NAN, f64::INFINITY] {
+        let wrong = FirstTouchOptions { thickness, ..options };
         assert_eq!(error(&path, &wrong), QueryError::ThicknessOutOfRange);
+    }
+    for tolerance in [0.0, f64::INFINITY] {
+        let wrong = FirstTouchOptions { tolerance: Some(tolerance), ..options };
+        assert_eq!(error(&path, &wrong), QueryError::ToleranceOutOfRange);
     }
     let broken = MeshPath { start: MeshView { points: &points, faces: &[[0, 1, 3]] }, ..path };
     assert!(matches!(error(&broken, &options), QueryError::VertexOutOfRange(_)));
