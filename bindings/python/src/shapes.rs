@@ -80,7 +80,7 @@ fn ellipsoid(radii: [f64; 3]) -> PyResult<Sdf> {
     shape(Ellipsoid::new(radii), "ellipsoid: radii must be positive and finite")
 }
 
-/// A hollow sphere cut at a height, of this thickness, negative inside.
+/// A hollow sphere of this thickness, open above a height, negative inside. Its rounded rim reaches half the thickness higher.
 #[pyfunction]
 fn bowl(radius: f64, cut_height: f64, thickness: f64) -> PyResult<Sdf> {
     let wanted = "bowl: radius and thickness must be positive, cut_height between -radius and radius, and all finite";
