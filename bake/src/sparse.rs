@@ -218,8 +218,14 @@ impl<'a> SparseBaker<'a> {
             BRICK_SAMPLES * size_of::<C>() + size_of::<([u32; 3], Scale, [f64; 2], [BlockBounds; 2], f32)>();
         let in_progress = self.slot_count().min(SLOTS_AT_A_TIME) * BRICK_SAMPLES * size_of::<C>();
         let bricks = self.max_bricks().saturating_mul(per_brick);
-        let in_progress = in_progress + splat::max_bytes(self.mesh);
+        let in_progress = in_progress + self.triangle_bytes();
         bricks.saturating_add(in_progress).saturating_add(self.map.bytes())
+    }
+
+    /// The part of [`max_bytes`](Self::max_bytes) and [`max_streamed_bytes`](Self::max_streamed_bytes) that grows with the mesh's triangles,
+    /// whatever the lattice: their frames, and lists of them.
+    pub fn triangle_bytes(&self) -> usize {
+        splat::max_bytes(self.mesh)
     }
 
     /// Does the sign change at triangles alone? It jumps elsewhere too at the holes of an open mesh.
@@ -234,7 +240,7 @@ impl<'a> SparseBaker<'a> {
         let per_brick = size_of::<([u32; 3], Scale, [f64; 2], BlockBounds, f32, [u32; 12])>();
         let bricks = self.max_bricks();
         let at_a_time = 3 * bricks.min(slots_at_a_time) * BRICK_SAMPLES * size_of::<C>();
-        let in_progress = at_a_time + splat::max_bytes(self.mesh);
+        let in_progress = at_a_time + self.triangle_bytes();
         self.map.streamed_bytes(bricks.saturating_mul(per_brick)).saturating_add(in_progress)
     }
 

@@ -35,7 +35,8 @@ pub fn peak() -> Option<u64> {
     Some(kibibytes * 1024)
 }
 
-fn words(bytes: f64) -> String {
+/// A number of bytes, and the same in the largest unit that fits.
+pub fn words(bytes: f64) -> String {
     if bytes >= 1e18 {
         return format!("{bytes:.1e} bytes");
     }

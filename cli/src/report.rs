@@ -5,6 +5,7 @@ use std::io::{self, Write, stderr};
 use std::path::Path;
 
 use anyhow::{Context, Result};
+use sdf_core::Aabb;
 pub use sdf_field::page::{counts, number};
 use serde::Serialize;
 
@@ -42,6 +43,32 @@ impl<J: Serialize> Report<J> {
         }
         Ok(())
     }
+}
+
+/// A coordinate with the digits that tell places so far apart from each other: as [`number`] writes it where that has them.
+pub fn place(x: f64, resolution: f64) -> String {
+    // Half of the last digit of `number`.
+    let rounding = if (1e-3..1e6).contains(&x.abs()) { 5e-7 } else { 5e-5 * x.abs() };
+    if rounding <= resolution {
+        return number(x);
+    }
+    // From there on f64 has no decimals.
+    if x.abs() >= 1e15 {
+        return format!("{x:?}");
+    }
+    let decimals = (-resolution.log10()).ceil().clamp(0.0, 12.0) as usize;
+    format!("{x:.decimals$}")
+}
+
+/// The corners of a box, to a thousandth of its longest side.
+pub fn corners_of(bounds: &Aabb) -> String {
+    let corner = |corner: [f64; 3]| corner.map(|x| place(x, 1e-3 * bounds.longest_side())).join(", ");
+    format!("({}) to ({})", corner(bounds.min), corner(bounds.max))
+}
+
+/// A point at a distance from a surface, to a thousandth of that, or to six decimals.
+pub fn point_at(point: [f64; 3], distance: f64) -> String {
+    format!("({})", point.map(|x| place(x, (1e-3 * distance.abs()).max(1e-6))).join(", "))
 }
 
 /// Prints a line on standard error that a person should see, whatever is on standard output.

@@ -163,7 +163,8 @@ fn bake_grid(
 fn require_samples(lattice: &Lattice) -> Result<(), BakeError> {
     let (count, nodes) = (lattice.node_count(), lattice.nodes().map(f64::from));
     let bytes = Some(count as f64 * size_of::<f32>() as f64);
-    let too_large = |_| BakeError::TooLarge { layout: Layout::Dense, nodes, bricks: None, bytes, free: None };
+    let too_large =
+        |_| BakeError::TooLarge { layout: Layout::Dense, nodes, bricks: None, bytes, triangle_bytes: 0.0, free: None };
     Vec::<f32>::new().try_reserve_exact(count).map_err(too_large)
 }
 
@@ -329,7 +330,14 @@ fn lattice(
         _ => sdf_parallel::thread_count() as f64 * dense::SIGN_BYTES as f64 * nodes[0],
     };
     memory.require(options.layout, nodes, None, nodes.iter().product::<f64>() * bytes_per_node + sign_bytes)?;
-    let too_large = BakeError::TooLarge { layout: options.layout, nodes, bricks: None, bytes: None, free: None };
+    let too_large = BakeError::TooLarge {
+        layout: options.layout,
+        nodes,
+        bricks: None,
+        bytes: None,
+        triangle_bytes: 0.0,
+        free: None,
+    };
     lattice_around(bounds, spacing, options.padding).ok_or(too_large)
 }
 
@@ -361,7 +369,8 @@ impl Memory {
         if bytes > self.bytes() {
             let bricks = baker.map(SparseBaker::max_bricks);
             let bytes = Some(bytes).filter(|bytes| bytes.is_finite());
-            return Err(BakeError::TooLarge { layout, nodes, bricks, bytes, free: self.free() });
+            let triangle_bytes = baker.map_or(0.0, |baker| baker.triangle_bytes() as f64);
+            return Err(BakeError::TooLarge { layout, nodes, bricks, bytes, triangle_bytes, free: self.free() });
         }
         Ok(())
     }

@@ -43,7 +43,7 @@ pub struct Comparison {
     /// Contacts of the reference that are proven to the tolerance.
     pub proven: usize,
     /// The fastest method that misses no contact and keeps 95 % of its errors within tolerance · median longest edge of the
-    /// contacts' elements; [`Method::Auto`] where none does, or where there are no contacts.
+    /// contacts' elements; [`Method::Auto`] where none does, where none is 1.05 times as fast, or where there are no contacts.
     pub recommended: Method,
     /// In the order of [`Method::ALL`]; golden section on edges alone.
     pub methods: Vec<MethodReport>,
@@ -127,18 +127,28 @@ impl Field {
         let longest =
             median(reference.contacts.iter().map(|contact| longest_edge(mesh, &edges, options, contact)).collect());
         let is_good = |report: &&MethodReport| report.missed == 0 && report.error_95 <= options.tolerance * longest;
-        let fastest = reports.iter().filter(is_good).min_by(|a, b| a.seconds.total_cmp(&b.seconds));
         // Without contacts every method is good, and the fastest says nothing.
-        let fastest = fastest.filter(|_| !reference.contacts.is_empty());
+        let good = reports.iter().filter(is_good).filter(|_| !reference.contacts.is_empty());
         Ok(Comparison {
             elements: reference.element_count,
             contacts: reference.contacts.len(),
             proven,
-            recommended: fastest.map_or(Method::Auto, |report| report.method),
+            recommended: recommended(good),
             methods: reports,
             on_card,
         })
     }
+}
+
+/// A method that is less than so many times as fast as auto is not worth leaving auto for: times vary by as much.
+const WORTHWHILE: f64 = 1.05;
+
+/// The fastest of the methods that are good enough; auto where it is about as fast, or where there is none.
+fn recommended<'a>(good: impl Iterator<Item = &'a MethodReport> + Clone) -> Method {
+    let auto = good.clone().find(|report| report.method == Method::Auto);
+    let fastest = good.min_by(|a, b| a.seconds.total_cmp(&b.seconds));
+    let is_worthwhile = |report: &&MethodReport| auto.is_none_or(|auto| auto.seconds >= WORTHWHILE * report.seconds);
+    fastest.filter(is_worthwhile).map_or(Method::Auto, |report| report.method)
 }
 
 fn is_proven(contact: &Contact<f64>) -> bool {
@@ -231,4 +241,23 @@ fn report(method: Method, times: Vec<f64>, found: &Contacts, errors: Vec<(f64, b
 fn median(mut numbers: Vec<f64>) -> f64 {
     numbers.sort_unstable_by(f64::total_cmp);
     numbers.get(numbers.len() / 2).copied().unwrap_or(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn auto_is_recommended_where_no_good_method_is_a_twentieth_faster() {
+        let report = |method, seconds| {
+            let (error_95, error_worst) = (0.0, 0.0);
+            MethodReport { method, seconds, evaluations: 1, contacts: 1, missed: 0, error_95, error_worst }
+        };
+        let auto = report(Method::Auto, 1.0);
+        for (seconds, method) in [(0.5, Method::Certified), (0.97, Method::Auto), (1.2, Method::Auto)] {
+            assert_eq!(recommended([&auto, &report(Method::Certified, seconds)].into_iter()), method, "{seconds}");
+        }
+        assert_eq!(recommended([&report(Method::Certified, 2.0)].into_iter()), Method::Certified);
+        assert_eq!(recommended([].into_iter()), Method::Auto);
+    }
 }

@@ -12,7 +12,7 @@ use sdf_bake::{DenseGrid, lattice_around};
 use sdf_core::grid::Lattice;
 use sdf_core::grid::owned::{OwnedGrid, Precision};
 use sdf_core::nalgebra::Vector3;
-use sdf_core::{Interval, Sdf};
+use sdf_core::{Aabb, Interval, Sdf};
 pub use sdf_formats::export::ExportFormat;
 use sdf_formats::export::{self, RawFacts};
 use sdf_formats::{atomic_write, blob_file};
@@ -80,6 +80,11 @@ pub enum ExportError {
     NoCells(&'static str),
     /// A value of the field is not finite, or too large for f32.
     NotFinite,
+    /// The file's numbers are f32, which does not hold the field's box or its voxels.
+    OutsideSingle {
+        /// The largest coordinate or side of the box where it is too large, else the voxel.
+        size: f64,
+    },
     /// There is not so much memory.
     TooLarge {
         /// Nodes along each axis.
@@ -108,7 +113,15 @@ impl fmt::Display for ExportError {
             Self::Unbounded => f.write_str("the field is unbounded: intersect it with a box"),
             Self::NoLattice => f.write_str("its box cannot be cut into so many cells: use fewer"),
             Self::NoCells(what) => write!(f, "{what}: give 1 cell or more"),
-            Self::NotFinite => f.write_str("the field is not finite everywhere in its box"),
+            Self::NotFinite => {
+                f.write_str("the field is not finite everywhere in its box, or too large there for f32: scale it")
+            }
+            Self::OutsideSingle { size } if *size > 1.0 => {
+                write!(f, "its box reaches {size:.1e}, too large for f32, which the samples and points are: scale the field")
+            }
+            Self::OutsideSingle { size } => {
+                write!(f, "its voxels of {size:.1e} are too small for f32, which the samples and points are: scale the field")
+            }
             Self::TooLarge { nodes: [x, y, z], bytes, free } => {
                 write!(f, "{x} × {y} × {z} nodes need {bytes:.0} bytes, and {free:.0} are free: use fewer cells")
             }
@@ -195,6 +208,7 @@ impl Field {
     }
 
     fn sample_on(&self, lattice: Lattice) -> Result<OwnedGrid, ExportError> {
+        require_single(&lattice, lattice.bounds().longest_side())?;
         // A sample, and the bounds of a block for 512 of them.
         require(&lattice, 4.1)?;
         let [nx, ny, _] = lattice.nodes();
@@ -234,6 +248,8 @@ impl Field {
         }
         if format == ExportFormat::Glb {
             let lattice = self.lattice(options.cells)?;
+            let Aabb { min, max } = lattice.bounds();
+            require_single(&lattice, min.iter().chain(&max).fold(0.0, |farthest: f64, x| farthest.max(x.abs())))?;
             return Ok(Exported { bytes: self.glb(&lattice)?, lattice, band: None, facts: None });
         }
         let grid = self.sampled(options.cells)?;
@@ -331,6 +347,18 @@ pub fn description_path(path: &Path) -> PathBuf {
 fn write(path: &Path, bytes: &[u8]) -> Result<(), ExportError> {
     let written = atomic_write(path, |temporary| std::fs::write(temporary, bytes));
     written.map_err(|error| ExportError::Unwritable(path.to_owned(), error))
+}
+
+/// Smallest voxel of a field whose distances become f32: a ten-millionth of it is still a normal number.
+const MIN_VOXEL: f64 = f32::MIN_POSITIVE as f64 / f32::EPSILON as f64;
+
+/// Refuses a lattice whose distances f32 does not hold, or whose `largest` number it does not.
+fn require_single(lattice: &Lattice, largest: f64) -> Result<(), ExportError> {
+    match lattice.spacing() {
+        _ if largest > f64::from(f32::MAX) => Err(ExportError::OutsideSingle { size: largest }),
+        voxel if voxel < MIN_VOXEL => Err(ExportError::OutsideSingle { size: voxel }),
+        _ => Ok(()),
+    }
 }
 
 fn require(lattice: &Lattice, bytes_per_node: f64) -> Result<(), ExportError> {

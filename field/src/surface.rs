@@ -110,10 +110,11 @@ impl Piece {
         }
         let nodes: [u32; 3] = std::array::from_fn(|axis| last[axis] - first[axis] + 1);
         let shape = RuntimeShape::<u32, 3>::new(nodes);
+        let to_voxels = power_of_two_per(lattice.spacing());
         let sample = |index: u32| {
             let offset = shape.delinearize(index);
             let value: f64 = field.value(Vector3::from(node(std::array::from_fn(|axis| first[axis] + offset[axis]))));
-            (value - level) as f32
+            ((value - level) * to_voxels) as f32
         };
         let samples: Vec<f32> = (0..shape.size()).map(sample).collect();
         let mut net = SurfaceNetsBuffer::default();
@@ -128,6 +129,11 @@ impl Piece {
             triangles: net.indices.as_chunks::<3>().0.to_vec(),
         })
     }
+}
+
+/// A power of two that makes a length about 1. Samples that it scales keep their digits in f32, however large or small the field is.
+fn power_of_two_per(length: f64) -> f64 {
+    2.0_f64.powi(-(length.log2().clamp(-1000.0, 1000.0) as i32))
 }
 
 /// May φ = level somewhere in the box? By the enclosure, and by |φ(x) − φ(m)| ≤ slope bound · half the diagonal.

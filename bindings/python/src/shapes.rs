@@ -100,7 +100,7 @@ fn ellipsoid(#[pyo3(from_py_with = arrays::vector)] radii: [f64; 3]) -> PyResult
     shape(Ellipsoid::new(radii), "ellipsoid: radii must be positive and finite")
 }
 
-/// A hollow sphere cut at a height, of this thickness, negative inside.
+/// A hollow sphere of this thickness, open above a height, negative inside. Its rounded rim reaches half the thickness higher.
 #[pyfunction]
 fn bowl(
     #[pyo3(from_py_with = arrays::number)] radius: f64,

@@ -41,7 +41,8 @@ pub struct InfoArgs {
 /// in f32 rounds at most, about 5e-6 of the diagonal plus 1e-4 of a cell. Points are sampled in the whole box of a dense grid;
 /// for a sparse grid within its band and, as many again each, in the whole box and beside nodes of its coarse grid: there a value
 /// may be less than the distance, never more, and inside by no more than the file states. Nodes of its bricks beyond the band are
-/// no nearer than the band. No cell may be missing on the surface. For shapes in TOML, which certify nothing, the errors are only
+/// no nearer than the band. No cell may be missing on the surface. At the points, the bounds of values and slopes that blocks state must
+/// hold, and the padding must be no more than the mesh is from the box's faces, by its box or by the samples there. For shapes in TOML, which certify nothing, the errors are only
 /// printed.
 #[derive(Debug, Parser)]
 pub struct VerifyArgs {

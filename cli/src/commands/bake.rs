@@ -244,9 +244,17 @@ fn refusal(args: &BakeArgs, error: BakeError) -> anyhow::Error {
             anyhow!("{shown}: {size}: {error}: use --res or --voxel-size, or {cure}")
         }
         BakeError::ErrorBudget(_) => anyhow!("{shown}: {size}: {error}: {smaller}"),
-        BakeError::TooLarge { bricks: Some(bricks), bytes, free, .. } => {
+        BakeError::TooLarge { bricks: Some(bricks), bytes, triangle_bytes, free, .. } => {
+            let grid = format!("{shown}: a grid of {bricks} bricks {}", shortage(bytes, free));
+            if free.is_some_and(|free| triangle_bytes > free) {
+                let more = if args.memory.is_some() { "a larger --memory, " } else { "" };
+                let faces = memory::words(triangle_bytes);
+                return anyhow!(
+                    "{grid}; {faces} are for the mesh's faces, at any --res: use {more}a mesh of fewer faces or --layout dense"
+                );
+            }
             let smaller = "use a smaller --res, a larger --voxel-size, a smaller --band or --precision u8";
-            anyhow!("{shown}: a grid of {bricks} bricks {}: {smaller}", shortage(bytes, free))
+            anyhow!("{grid}: {smaller}")
         }
         BakeError::TooLarge { nodes, bytes, free, .. } => {
             let is_padded = 2.0 * f64::from(args.padding) > nodes.iter().fold(0.0, |a: f64, b| a.max(*b)) / 2.0;

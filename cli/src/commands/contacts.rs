@@ -24,7 +24,7 @@ use crate::device::{Search, Searcher};
 use crate::failure::misuse;
 use crate::page;
 use crate::read_summary::{ROUNDING, ReadSummary, require_distances};
-use crate::report::{Report, counted, line_of_json, number, seconds};
+use crate::report::{Report, counted, line_of_json, number, point_at, seconds};
 use crate::{field_input, mesh_input, output, progress, standard_output};
 use reduce::ReducedContacts;
 
@@ -184,8 +184,8 @@ struct Seconds {
 }
 
 fn describe(contact: &ContactRecord) -> String {
-    let [x, y, z] = contact.point.map(number);
-    format!("{} at ({x}, {y}, {z}), {} {}", number(contact.distance), contact.element.name(), contact.id)
+    let point = point_at(contact.point, contact.distance);
+    format!("{} at {point}, {} {}", number(contact.distance), contact.element.name(), contact.id)
 }
 
 /// Reads the field; of a grid only the blocks that the mesh may touch.

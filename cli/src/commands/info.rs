@@ -9,7 +9,7 @@ use serde_json::json;
 
 use crate::args::InfoArgs;
 use crate::read_summary::bytes_of;
-use crate::report::{Report, counted, counts, number};
+use crate::report::{Report, corners_of, counted, counts, number};
 use crate::{error_regions, field_input};
 
 fn error_row(bound: f64, why_unknown: &str) -> String {
@@ -22,7 +22,6 @@ pub fn run(args: &InfoArgs) -> Result<()> {
             let Summary { lattice, sparse, precision, about, mesh, parts, file_bytes } = reader.summary();
             let bounds = lattice.bounds();
             let sha256: String = about.source.sha256.iter().map(|byte| format!("{byte:02x}")).collect();
-            let corner = |corner: [f64; 3]| corner.map(number).join(", ");
             let (name, precision) = (layout_of(sparse).name(), precision.name());
             let (band, bricks) = (sparse.map(|sparse| sparse.band), sparse.map(|sparse| sparse.bricks));
             let in_words = match (band, bricks) {
@@ -40,7 +39,7 @@ pub fn run(args: &InfoArgs) -> Result<()> {
                 ("layout", in_words),
                 ("nodes", counts(lattice.nodes())),
                 ("spacing", number(lattice.spacing())),
-                ("box", format!("({}) to ({})", corner(bounds.min), corner(bounds.max))),
+                ("box", corners_of(&bounds)),
                 ("sign", about.sign_reason.clone()),
                 ("slope", format!("at most {}", number(about.slope_bound))),
                 ("error", error_row(about.error_bound, "the samples were imported")),
@@ -97,12 +96,10 @@ pub fn run(args: &InfoArgs) -> Result<()> {
         OpenField::Analytic(node) => {
             let bounds = node.bounds(0.0);
             let is_bounded = bounds.extents().iter().all(|extent| extent.is_finite());
-            let corner = |corner: [f64; 3]| corner.map(number).join(", ");
-            let shown = format!("({}) to ({})", corner(bounds.min), corner(bounds.max));
             Report {
                 rows: vec![
                     ("layout", "analytic".to_owned()),
-                    ("box", if is_bounded { shown } else { "unbounded".to_owned() }),
+                    ("box", if is_bounded { corners_of(&bounds) } else { "unbounded".to_owned() }),
                     ("slope", format!("at most {}", number(node.slope_bound()))),
                 ],
                 json: json!({
@@ -121,14 +118,13 @@ fn blob_report(StoredBlob { grid, precision, padding }: &StoredBlob) -> Report<s
     let (lattice, storage) = (grid.lattice(), grid.storage());
     let (bounds, layout) = (lattice.bounds(), storage.layout().name());
     let (bricks, band) = (storage.brick_count(), Some(grid.band()).filter(|band| band.is_finite()));
-    let corner = |corner: [f64; 3]| corner.map(number).join(", ");
     let stored = bricks.map_or(String::new(), |bricks| format!(", {}", counted(bricks, "brick")));
     Report {
         rows: vec![
             ("layout", format!("{layout}{stored} in {}, a blob", precision.name())),
             ("nodes", counts(lattice.nodes())),
             ("spacing", number(lattice.spacing())),
-            ("box", format!("({}) to ({})", corner(bounds.min), corner(bounds.max))),
+            ("box", corners_of(&bounds)),
             ("slope", format!("at most {}", number(grid.slope_bound()))),
             ("error", error_row(grid.global_error_bound(), "no error is certified")),
             ("padding", format!("{} around the mesh", number(*padding))),

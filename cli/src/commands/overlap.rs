@@ -18,7 +18,7 @@ use serde::Serialize;
 
 use crate::args::ContactsArgs;
 use crate::read_summary::{ReadSummary, require_distances};
-use crate::report::{Report, line_of_json, number, seconds};
+use crate::report::{Report, line_of_json, number, point_at, seconds};
 use crate::{field_input, output, standard_output};
 
 /// Runs `contacts` on two fields.
@@ -240,8 +240,8 @@ fn rows(args: &ContactsArgs, document: &Document, verdict: OverlapVerdict) -> Ve
     };
     let mut rows = vec![("verdict", verdict.to_owned())];
     if let Some(first) = document.meetings.first() {
-        let [x, y, z] = first.point.map(number);
-        rows.push(("deepest", format!("{} at ({x}, {y}, {z})", number(first.distance))));
+        let point = point_at(first.point, first.distance);
+        rows.push(("deepest", format!("{} at {point}", number(first.distance))));
         rows.push(("separation", number(first.separation)));
     }
     if let Some(certificate) = &document.deepest {

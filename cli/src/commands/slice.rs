@@ -10,7 +10,7 @@ use serde_json::json;
 
 use crate::args::{Axis, SliceArgs};
 use crate::pictures::{Picture, Plane};
-use crate::report::{Report, number, warn};
+use crate::report::{Report, place, warn};
 use crate::{field_input, output, standard_output};
 
 pub fn run(args: &SliceArgs) -> Result<()> {
@@ -84,7 +84,7 @@ fn write(args: &SliceArgs, picture: &Picture, warning: Option<&str>) -> Result<(
     }
     let mut report = Report {
         rows: vec![
-            ("plane", format!("{name} = {}", number(at))),
+            ("plane", format!("{name} = {}", place(at, 1e-3 * window.longest_side()))),
             ("picture", format!("{}, {width} × {height} pixels", standard_output::shown(&args.output))),
         ],
         json: json!({

@@ -56,13 +56,15 @@ impl Subject {
                 band: sparse.map(|sparse| sparse.band),
                 error_bound: about.error_bound,
                 slope_bound: about.slope_bound,
+                padding: about.padding,
                 has_exact_nodes: true,
             }),
-            Self::Blob(StoredBlob { grid, .. }) => Ok(StatedGrid {
+            Self::Blob(StoredBlob { grid, padding, .. }) => Ok(StatedGrid {
                 grid,
                 band: (grid.storage().layout() == Layout::Sparse).then(|| grid.band()),
                 error_bound: grid.global_error_bound(),
                 slope_bound: grid.slope_bound(),
+                padding: *padding,
                 has_exact_nodes: false,
             }),
             Self::Shapes(shapes) => Err(shapes),

@@ -227,3 +227,22 @@ fn eval_at_the_nodes_gives_the_stored_samples() {
         }
     }
 }
+
+#[test]
+fn places_far_from_the_origin_are_printed_with_the_digits_of_the_body() {
+    let folder = Folder::new();
+    folder.write(
+        "far.sdf.toml",
+        "[field]\nshape = 'sphere'\nradius = 1.0\n[field.pose]\ntranslation = [1e7, 2e7, 10000003.5]\n",
+    );
+    says(
+        &folder.done("info far.sdf.toml"),
+        &["(9999999.000, 19999999.000, 10000002.500) to (10000001.000, 20000001.000,"],
+    );
+    says(&folder.done("slice far.sdf.toml -o slice.png"), &["plane  z = 10000003.500"]);
+    let floor = Model::hills(4).moved(|[x, y, z]| [1e7 + x, 2e7 + y, 1e7 + 3.5 + 0.01 * z]);
+    folder.write("floor.obj", floor.obj());
+    let rows = folder.done("contacts floor.obj far.sdf.toml");
+    let deepest = rows.lines().find(|line| line.trim_start().starts_with("deepest")).unwrap();
+    says(deepest, &["(10000000.0", ", 20000000.0", ", 10000003.5"]);
+}

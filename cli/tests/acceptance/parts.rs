@@ -123,6 +123,20 @@ fn a_large_grid_is_streamed_into_the_bytes_of_a_bake_in_memory() {
     }
 }
 
+/// The memory for a mesh's faces is the same in memory and streamed, and no smaller grid saves it.
+#[test]
+fn many_faces_do_not_make_a_small_grid_large() {
+    let folder = Folder::new();
+    folder.write("ball.obj", Model::ball([0.0; 3], 1.0, 7).obj());
+    let words = "bake ball.obj --layout sparse --res 4 --padding 0";
+    let baked = folder.json(words);
+    assert!(baked["triangles"].as_u64().unwrap() > 60_000, "{baked}");
+    assert_eq!(baked.get("streamed"), None);
+    let line = folder.refused(&format!("{words} --memory 8MB"));
+    says(&line, &["--memory allows", "are for the mesh's faces, at any --res", "a larger --memory", "--layout dense"]);
+    assert!(!line.contains("smaller --res") && !line.contains("--precision"), "{line}");
+}
+
 #[test]
 fn parts_that_do_not_make_one_grid_are_refused_by_name() {
     let folder = bodies();

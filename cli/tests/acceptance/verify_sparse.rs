@@ -1,8 +1,9 @@
 //! `verify` of sparse grids: what it finds, and what it takes for true.
 
-use sdf_core::grid::owned::OwnedStorage;
+use sdf_core::grid::BlockBounds;
+use sdf_core::grid::owned::{OwnedBricks, OwnedStorage};
 use sdf_core::nalgebra::Vector3;
-use sdf_formats::grid_file::{self, SparseSamples, StoredGrid};
+use sdf_formats::grid_file::{self, About, Samples, SparseInfo, SparseSamples, StoredGrid};
 
 use crate::folder::{Folder, says};
 use crate::meshes::Model;
@@ -191,4 +192,59 @@ fn tight_bounds_are_computed_on_demand_as_a_tight_bake_states_them() {
         &folder.misused(&format!("verify dense.sdf.h5 {words}")),
         &["dense.sdf.h5: --tight is for sparse grids", "remove it"],
     );
+}
+
+/// Checksums are right: what is wrong is what the file states beside its samples.
+#[test]
+fn verify_refuses_bounds_of_blocks_and_paddings_that_do_not_hold() {
+    let folder = Folder::new();
+    folder.write("ball.obj", Model::ball([0.0; 3], 1.0, 3).obj());
+    let words = "verify wrong.sdf.h5 ball.obj --points 5000";
+    let bounds_are_wrong = "outside of the bounds of values and slopes that blocks state";
+    let (shift, halve) = (|x: &mut BlockBounds| shifted(x, 0.01), |x: &mut BlockBounds| x.slope_bound *= 0.5);
+    type Change = fn(&mut BlockBounds);
+    let changes: [(Change, f64, &str); 4] = [
+        (|_| (), 1.0, ""),
+        (shift, 1.0, bounds_are_wrong),
+        (halve, 1.0, bounds_are_wrong),
+        (|_| (), 2.0, "from the box's faces, less than the padding of"),
+    ];
+    for layout in ["dense", "sparse --precision f32"] {
+        folder.done(&format!("bake ball.obj --res 32 --layout {layout}"));
+        let StoredGrid { grid, sparse, about, .. } = grid_file::read(&folder.at("ball.sdf.h5")).unwrap();
+        for (change, factor, reason) in changes {
+            let about = About { padding: factor * about.padding, ..about.clone() };
+            let (lattice, path) = (grid.lattice(), folder.at("wrong.sdf.h5"));
+            match grid.storage() {
+                OwnedStorage::Dense(storage) => {
+                    let mut bounds = storage.bounds().to_vec();
+                    bounds.iter_mut().for_each(change);
+                    let distances = storage.storage().samples();
+                    grid_file::write(&path, lattice, Samples::Dense { distances, bounds: &bounds }, &about).unwrap();
+                }
+                OwnedStorage::SparseF32(storage) => {
+                    let bricks = storage.bricks();
+                    let mut bounds = bricks.bounds.clone();
+                    bounds.iter_mut().for_each(change);
+                    let coarse = &bricks.coarse.to_vec();
+                    let SparseInfo { band, deep_values, .. } = sparse.unwrap();
+                    let OwnedBricks { slots, scales, samples, errors, .. } = bricks;
+                    let samples =
+                        SparseSamples { band, deep_values, slots, scales, samples, bounds: &bounds, errors, coarse };
+                    grid_file::write(&path, lattice, samples, &about).unwrap();
+                }
+                _ => panic!("a grid of f32"),
+            }
+            if reason.is_empty() {
+                folder.done(words);
+            } else {
+                says(&mismatch(&folder, words), &[reason]);
+            }
+        }
+    }
+}
+
+fn shifted(bounds: &mut BlockBounds, by: f32) {
+    bounds.range.lower += by;
+    bounds.range.upper += by;
 }

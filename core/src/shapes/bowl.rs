@@ -16,8 +16,11 @@ use crate::number::{Float, Real};
 use crate::relaxation::AffineBounds;
 use crate::{Aabb, EnclosedSdf, Enclosure, Relaxation, Sample, Sdf};
 
-/// A hollow sphere around the origin, cut open above z = `cut_height`. The wall is rounded at the rim. Exact outside.
-/// Exact inside unless the wall fills the hollow; then a lower bound of the distance there.
+/// A hollow sphere around the origin, cut open above z = `cut_height`. The rim is rounded, and reaches `thickness`/2 above the cut.
+///
+/// Exact outside. Exact inside where half the thickness is at most the rim's radius √(r² − c²), or r for a cut below the middle: the way
+/// out from the middle of the wall, of length `thickness`/2, meets neither the axis above the cut nor the centre. In a thicker wall the
+/// magnitude is at most the distance.
 ///
 /// Degenerate: the middle of the wall, the centre and, above the cut, the axis.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -42,6 +42,8 @@ pub enum BakeError {
         bricks: Option<usize>,
         /// Memory that is needed, in bytes; `None` where the nodes cannot be numbered.
         bytes: Option<f64>,
+        /// Memory for the mesh's triangles among these, in bytes, which no smaller grid saves; 0 where there is none.
+        triangle_bytes: f64,
         /// Memory that is free, in bytes; `None` where the system does not say.
         free: Option<f64>,
     },
@@ -62,13 +64,20 @@ impl std::fmt::Display for BakeError {
             Self::NoCells => f.write_str("a grid needs a cell along its longest side: give 1 or more"),
             Self::InvalidVoxel { size } => write!(f, "voxels need a positive finite size, not {size:?}"),
             Self::VoxelTooLarge { side } => write!(f, "the whole mesh is {side:?} long: take smaller voxels"),
-            Self::TooLarge { layout, nodes, bytes, free, .. } => {
+            Self::TooLarge { layout, nodes, bytes, triangle_bytes, free, .. } => {
                 write!(f, "a grid of {} nodes ", nodes.map(many).join(" × "))?;
                 let Some(bytes) = *bytes else {
                     return f.write_str("is too large: take larger voxels");
                 };
                 write!(f, "needs {} bytes", many(bytes))?;
                 free.map_or(Ok(()), |free| write!(f, ", and {} are free", many(free)))?;
+                if free.is_some_and(|free| *triangle_bytes > free) {
+                    return write!(
+                        f,
+                        ", {} of them for the mesh's faces: take a mesh of fewer faces or a dense grid",
+                        many(*triangle_bytes)
+                    );
+                }
                 f.write_str(match layout {
                     Layout::Dense => ": take larger voxels or a sparse grid",
                     Layout::Sparse => ": take larger voxels",

@@ -88,7 +88,8 @@ impl Field {
                     let precision = options.precision.unwrap_or(Precision::U16);
                     let bytes = baker.max_bytes_as(precision) as f64;
                     let fits = bytes <= memory.bytes();
-                    if !fits || bytes > STREAMED_BYTES {
+                    // The triangles take the same memory either way.
+                    if !fits || bytes - baker.triangle_bytes() as f64 > STREAMED_BYTES {
                         memory.require_streamed(&baker, precision)?;
                         let (grid, baked) = stream(&mesh, &distance, baker, options, target, on_progress)?;
                         let (mesh, topology) = (mesh.report(), *distance.topology());
@@ -131,7 +132,7 @@ impl Field {
     }
 }
 
-/// A grid that takes more memory is streamed though it would fit.
+/// A grid that takes more memory, without that of the mesh's triangles, is streamed though it would fit.
 const STREAMED_BYTES: f64 = 8e6;
 
 /// So many where there is little memory: with fewer, threads wait for each other and neighbours are read again and again.

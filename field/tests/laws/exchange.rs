@@ -219,3 +219,45 @@ fn what_cannot_be_exported_says_why() {
     let no_band = sphere().export(ExportFormat::Nvdb, &ExportOptions { band: Some(0), ..ExportOptions::default() });
     assert_eq!(no_band.unwrap_err().to_string(), "band 0: give 1 cell or more");
 }
+
+/// f32 holds neither a field of 10⁴⁰ nor the voxels of one of 10⁻³⁰; the surface needs f64 alone.
+#[test]
+fn fields_outside_of_f32_are_refused_by_their_size_and_have_surfaces() {
+    for (radius, words) in [(1e40, "too large for f32"), (1e-30, "too small for f32"), (1e-100, "too small for f32")] {
+        let sphere = Field::new(Sphere::new(radius).unwrap());
+        let formats =
+            [ExportFormat::Glb, ExportFormat::Npy, ExportFormat::Nvdb, ExportFormat::Blob, ExportFormat::VtkHdf];
+        for format in formats {
+            let refusal = sphere.export(format, &ExportOptions::default()).unwrap_err().to_string();
+            assert!(refusal.contains(words) && refusal.ends_with("scale the field"), "{radius}: {refusal}");
+        }
+        let lattice = sdf_bake::lattice_around(&sphere.bounds(0.0), radius / 8.0, 2).unwrap();
+        let surface = sphere.surface(0.0, &lattice, Threads::ALL);
+        let unit = Field::new(Sphere::new(1.0).unwrap());
+        let lattice = sdf_bake::lattice_around(&unit.bounds(0.0), 1.0 / 8.0, 2).unwrap();
+        assert_eq!(surface.triangles.len(), unit.surface(0.0, &lattice, Threads::ALL).triangles.len(), "{radius}");
+        let off = |point: &[f64; 3]| (Vector3::from(*point) / radius).norm() - 1.0;
+        assert!(surface.points.iter().all(|point| off(point).abs() < 0.01), "{radius}");
+    }
+    // Just within.
+    let sphere = Field::new(Sphere::new(1e-26).unwrap());
+    let bytes = exported(&sphere, ExportFormat::Npy);
+    let lowest = bytes[128..].as_chunks().0.iter().map(|bytes| f32::from_le_bytes(*bytes)).fold(0.0, f32::min);
+    assert!((f64::from(lowest) + 1e-26).abs() < 1e-28, "{lowest}");
+    assert!(sphere.export(ExportFormat::Glb, &ExportOptions::default()).is_ok());
+}
+
+#[test]
+fn a_sample_beyond_f32_is_named_with_its_value() {
+    let array = |sample: f64| -> Vec<u8> {
+        let header = "{'descr': '<f8', 'fortran_order': False, 'shape': (2, 2, 2), }\n";
+        let start = [b"\x93NUMPY\x01\x00".as_slice(), &(header.len() as u16).to_le_bytes(), header.as_bytes()].concat();
+        let samples = [1.0, 1.0, sample, 1.0, 1.0, 1.0, 1.0, 1.0];
+        start.into_iter().chain(samples.into_iter().flat_map(f64::to_le_bytes)).collect()
+    };
+    let npy = ImportFormat::Npy { origin: [0.0; 3], spacing: 1.0 };
+    let refusal = |sample| Field::import(&array(sample), npy, Source::default()).unwrap_err().to_string();
+    assert_eq!(refusal(-2.7e40), "sample 2 is -2.7e40, and samples are f32, of at most 3.4028235e38: scale the field");
+    assert_eq!(refusal(f64::INFINITY), "sample 2 is inf: only finite distances make a field");
+    assert!(Field::import(&array(1e38 / 1e38), npy, Source::default()).is_ok());
+}

@@ -44,18 +44,29 @@ pub fn npy(bytes: &[u8], origin: [f64; 3], spacing: f64, max_bytes: f64) -> Resu
     if wanted != Some(data.len()) {
         return refused(format!("{} bytes of samples, where {nz} × {ny} × {nx} of {kind} are due", data.len()));
     }
-    let number = |chunk: &[u8]| {
+    let little = |chunk: &[u8]| {
         let mut little: [u8; 8] = [0; 8];
         little[..width].copy_from_slice(chunk);
         if is_big {
             little[..width].reverse();
         }
-        match width {
-            2 => half(u16::from_le_bytes([little[0], little[1]])),
-            4 => f32::from_le_bytes([little[0], little[1], little[2], little[3]]),
-            _ => f64::from_le_bytes(little) as f32,
-        }
+        little
     };
+    let double = |chunk: &[u8]| f64::from_le_bytes(little(chunk));
+    let number = |chunk: &[u8]| match (width, little(chunk)) {
+        (2, [a, b, ..]) => half(u16::from_le_bytes([a, b])),
+        (4, [a, b, c, d, ..]) => f32::from_le_bytes([a, b, c, d]),
+        _ => double(chunk) as f32,
+    };
+    let is_too_large = |x: &f64| x.is_finite() && (*x as f32).is_infinite();
+    if width == 8
+        && let Some((index, x)) = data.chunks_exact(8).map(double).enumerate().find(|(_, x)| is_too_large(x))
+    {
+        return refused(format!(
+            "sample {index} is {x:e}, and samples are f32, of at most {:e}: scale the field",
+            f32::MAX
+        ));
+    }
     let mut samples: Vec<f32> = data.chunks_exact(width).map(number).collect();
     if is_fortran {
         // z runs fastest: transpose.

@@ -1,8 +1,5 @@
-use super::findings::Findings;
+use super::findings::{Findings, SLOPE_TOLERANCE};
 use crate::report::{counted, number};
-
-/// Relative tolerance of a gradient's norm above the certified bound.
-const SLOPE_TOLERANCE: f64 = 1e-6;
 
 /// Reasons why the field does not match its mesh; empty if it does.
 pub fn faults(findings: &Findings) -> Vec<String> {
@@ -56,6 +53,21 @@ pub fn faults(findings: &Findings) -> Vec<String> {
             "a gradient is {}, more than the certified {}",
             number(slope.steepest),
             number(slope.bound)
+        ));
+    }
+    let beyond = findings.beyond_block_bounds;
+    if beyond > 0 {
+        faults.push(format!(
+            "{} {} outside of the bounds of values and slopes that blocks state",
+            counted(beyond, "point"),
+            are(beyond)
+        ));
+    }
+    if let Some([stated, room]) = findings.padding.filter(|[stated, room]| *stated > room + findings.node_tolerance) {
+        faults.push(format!(
+            "the mesh is {} from the box's faces, less than the padding of {}",
+            number(room),
+            number(stated)
         ));
     }
     faults

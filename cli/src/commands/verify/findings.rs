@@ -3,6 +3,7 @@
 use sdf_bake::MeshDistance;
 use sdf_bake::sparse::{code_step, node_rounding};
 use sdf_core::Aabb;
+use sdf_core::grid::Storage;
 use sdf_core::grid::owned::OwnedGrid;
 use sdf_core::grid::sparse::BRICK;
 use sdf_procedural::random::unit_at;
@@ -15,6 +16,9 @@ use crate::args::VerifyArgs;
 /// Tolerance of a node of a dense grid, as a fraction of the mesh's diagonal: many times what f64 rounds of its distance.
 const DENSE_TOLERANCE: f64 = 1e-6;
 
+/// Relative tolerance of a gradient's norm above a certified bound.
+pub const SLOPE_TOLERANCE: f64 = 1e-6;
+
 /// A grid to verify, and what its file states.
 pub struct StatedGrid<'a> {
     pub grid: &'a OwnedGrid,
@@ -22,6 +26,8 @@ pub struct StatedGrid<'a> {
     pub band: Option<f64>,
     pub error_bound: f64,
     pub slope_bound: f64,
+    /// See [`About::padding`](sdf_formats::grid_file::About::padding).
+    pub padding: f64,
     /// Are samples distances but for one rounding? Those of a blob may have been rounded again: they are as good as its error bound.
     pub has_exact_nodes: bool,
 }
@@ -56,6 +62,12 @@ pub struct Findings {
     /// Number of points with an error above the bound of their own brick.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub beyond_their_brick: Option<usize>,
+    /// Number of points where the stored bounds of blocks exclude the samples around or the slope.
+    #[serde(skip)]
+    pub beyond_block_bounds: usize,
+    /// The padding that a file states, and how far the faces of the box are from the mesh by the mesh and by the samples, whichever is more.
+    #[serde(skip)]
+    pub padding: Option<[f64; 2]>,
 }
 
 /// The largest norm of a sampled gradient, and the bound that the file certifies.
@@ -97,6 +109,8 @@ impl Findings {
             node_tolerance: 0.0,
             bound: None,
             beyond_their_brick: None,
+            beyond_block_bounds: 0,
+            padding: None,
         }
     }
 
@@ -107,7 +121,7 @@ impl Findings {
         truth: &MeshDistance,
         surface: &Surface,
     ) -> (Self, Vec<PointSample>) {
-        let StatedGrid { grid, band, error_bound: bound, slope_bound, has_exact_nodes } = *stated;
+        let StatedGrid { grid, band, error_bound: bound, slope_bound, padding, has_exact_nodes } = *stated;
         let lattice = grid.lattice();
         let (bounds, spacing) = (lattice.bounds(), lattice.spacing());
         let box_point = |seed: u64| move |index: u64| point_in_box(seed, index, &bounds);
@@ -175,9 +189,26 @@ impl Findings {
             node_tolerance,
             bound: Some(bound),
             beyond_their_brick: beyond,
+            beyond_block_bounds: samples.iter().filter(|sample| is_beyond_bounds(grid, sample)).count(),
+            padding: Some([padding, grid.lowest_boundary_sample().max(room_around(&truth.bounds(), &bounds))]),
         };
         (findings, samples)
     }
+}
+
+/// Do the bounds that the blocks around a point's cell state exclude a sample at a corner of the cell, or the slope at the point?
+fn is_beyond_bounds(grid: &OwnedGrid, sample: &PointSample) -> bool {
+    let cell = cell_at(grid.lattice(), sample.point);
+    let Some(stated) = grid.storage().block_bounds(cell, cell.map(|n| n + 1)) else { return false };
+    let is_outside = |corner: &f32| *corner < stated.range.lower || stated.range.upper < *corner;
+    grid.storage().corners(cell).iter().any(is_outside)
+        || sample.slope > f64::from(stated.slope_bound) * (1.0 + SLOPE_TOLERANCE)
+}
+
+/// Least distance of the mesh's box from a face of the grid's.
+fn room_around(mesh: &Aabb, grid: &Aabb) -> f64 {
+    let room = |axis: usize| (mesh.min[axis] - grid.min[axis]).min(grid.max[axis] - mesh.max[axis]);
+    (0..3).map(room).fold(f64::INFINITY, f64::min)
 }
 
 impl Errors {

@@ -33,6 +33,12 @@ fn bent_shapes_are_exact_whatever_their_parameters() {
         let is_inside = |point| distance_to_bowl(point, 1.0, cut.acos()) <= 0.5 * thickness;
         let bowl = Bowl::new(1.0, cut, thickness).unwrap();
         assert_distance(&bowl, &name, is_inside, 2.0, true, &points, &mut random);
+        // A wall that closes the opening: below the distance inside.
+        let thickness = random.between(2.1, 3.0) * opening;
+        let name = format!("bowl cut at {cut} of thickness {thickness}");
+        let is_inside = |point| distance_to_bowl(point, 1.0, cut.acos()) <= 0.5 * thickness;
+        let bowl = Bowl::new(1.0, cut, thickness).unwrap();
+        assert_distance(&bowl, &name, is_inside, 1.0 + thickness, false, &points, &mut random);
 
         let (bend, thickness, leg) = (random.between(0.1, 3.1), random.between(0.1, 1.0), random.between(0.0, 1.0));
         let half_depth = random.between(0.1, 1.0);
