@@ -117,10 +117,16 @@ impl fmt::Display for ExportError {
                 f.write_str("the field is not finite everywhere in its box, or too large there for f32: scale it")
             }
             Self::OutsideSingle { size } if *size > 1.0 => {
-                write!(f, "its box reaches {size:.1e}, too large for f32, which the samples and points are: scale the field")
+                write!(
+                    f,
+                    "its box reaches {size:.1e}, too large for f32, which the samples and points are: scale the field"
+                )
             }
             Self::OutsideSingle { size } => {
-                write!(f, "its voxels of {size:.1e} are too small for f32, which the samples and points are: scale the field")
+                write!(
+                    f,
+                    "its voxels of {size:.1e} are too small for f32, which the samples and points are: scale the field"
+                )
             }
             Self::TooLarge { nodes: [x, y, z], bytes, free } => {
                 write!(f, "{x} × {y} × {z} nodes need {bytes:.0} bytes, and {free:.0} are free: use fewer cells")
