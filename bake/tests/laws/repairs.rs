@@ -110,7 +110,7 @@ fn a_bad_mesh_is_refused_and_a_weld_of_everything_says_so() {
     let mesh = nut();
     let all = Repairs { weld: Some(100.0), close: None }.apply(&mesh.points, &mesh.triangles);
     assert!(
-        matches!(&all, Err(error @ InvalidMesh::WeldedAway { .. }) if error.to_string().contains("--weld")),
+        matches!(&all, Err(error @ InvalidMesh::WeldedAway { .. }) if error.to_string().contains("use a smaller weld")),
         "{all:?}"
     );
     // A mesh that had none before has not lost it.
