@@ -17,7 +17,7 @@ pub use sdf_formats::export::ExportFormat;
 use sdf_formats::export::{self, RawFacts};
 use sdf_formats::{atomic_write, blob_file};
 
-use crate::reach::BEYOND_GRIDS;
+use crate::reach::{Boxes, Reach};
 use crate::requantize::{Requantized, requantize};
 use crate::{Field, SurfaceMesh, Threads, memory};
 
@@ -238,7 +238,7 @@ impl Field {
     /// Half width of the band of levels at which φ is the distance, but for what lies outside of the boxes of grids; infinite without a
     /// sparse one.
     fn known_band(&self) -> Result<f64, ExportError> {
-        let Interval { lower, upper } = self.known_levels_in_boxes();
+        let Interval { lower, upper } = Reach::of(self.as_any(), Boxes::None).known();
         Some(upper.min(-lower)).filter(|band| *band > 0.0).ok_or(ExportError::BeyondBand)
     }
 
@@ -331,6 +331,9 @@ impl Field {
         Ok(export::glb(&points, &normals, &triangles))
     }
 }
+
+/// Why a surface is not shown; see [`Field::knows_surface`].
+pub(crate) const BEYOND_GRIDS: &str = "its surface lies beyond the band or the box in which a grid of this combination has distances: bake it with a larger padding, and dense or with a wider band";
 
 /// One line that says what a table holds.
 fn about_blob(grid: &OwnedGrid, blob: &[u8], options: &ExportOptions) -> String {

@@ -12,7 +12,7 @@ use crate::exact::ExactField;
 use crate::info::GridInfo;
 use crate::kept_mesh::KeptMesh;
 use crate::query_error::QueryError;
-use crate::reach::{Reach, lowest_level_at_box};
+use crate::reach::{Boxes, Reach};
 use crate::{ContactOptions, MeshInMotion, MeshView, Threads};
 
 /// A signed distance field: a grid or any closed form. Negative inside, in the unit of its points.
@@ -72,8 +72,9 @@ impl Field {
         &self.field
     }
 
+    /// Levels that [`check_margin`](Self::check_margin) asks for.
     pub(crate) fn reach(&self) -> &Reach {
-        self.reach.get_or_init(|| Reach::of(&self.field, &lowest_level_at_box))
+        self.reach.get_or_init(|| Reach::of(&self.field, Boxes::TakenAway))
     }
 
     /// The same, to keep.

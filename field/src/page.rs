@@ -18,7 +18,7 @@ use sdf_core::{Aabb, Sdf};
 use sdf_formats::contact_file::{ContactRecord, Label};
 use serde_json::{Map, Value, json};
 
-use crate::reach::BEYOND_GRIDS;
+use crate::export::BEYOND_GRIDS;
 use crate::{Field, MeshView, SurfaceMesh, Threads};
 
 /// Contents of a page.

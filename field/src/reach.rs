@@ -15,7 +15,7 @@ use crate::{Field, MarginOutOfReach};
 
 impl Field {
     /// Refuses a margin at which contacts or an overlap could leave out what is within it: below the band of a sparse grid, also where it
-    /// is moved or part of a combination. Of a grid alone, also one above [`GridInfo::max_margin`](crate::GridInfo::max_margin), where
+    /// is moved or part of a combination, or deeper than the box of a grid that is taken away. Of a grid alone, also one above [`GridInfo::max_margin`](crate::GridInfo::max_margin), where
     /// contacts would be false; those of a combination have the status
     /// [`OutsideGrid`](sdf_core::contact::ContactStatus::OutsideGrid) or [`BeyondBand`](sdf_core::contact::ContactStatus::BeyondBand)
     /// there. For contacts ask [`ContactOptions::check_margin`](crate::ContactOptions::check_margin).
@@ -39,12 +39,7 @@ impl Field {
     /// Levels at which φ is the distance everywhere, up to error bounds: of a grid those within its band and below all samples on its box,
     /// also where it is moved or part of a combination; all of shapes. The lower end is above the upper one where there are none.
     pub fn known_levels(&self) -> Interval<f64> {
-        self.reach().known()
-    }
-
-    /// The same of points in the boxes of the grids.
-    pub(crate) fn known_levels_in_boxes(&self) -> Interval<f64> {
-        Reach::of(self.as_any(), &|_| f64::INFINITY).known()
+        Reach::of(self.as_any(), Boxes::All).known()
     }
 
     /// Is φ = 0 the surface everywhere? Not of an offset of a grid beyond its band or its box.
@@ -63,11 +58,8 @@ fn has_grid(field: &AnyField) -> bool {
     matches!(field, AnyField::Grid(_)) || parts(field).into_iter().any(has_grid)
 }
 
-/// Why a surface is not shown; see [`Field::knows_surface`].
-pub(crate) const BEYOND_GRIDS: &str = "its surface lies beyond the band or the box in which a grid of this combination has distances: bake it with a larger padding, and dense or with a wider band";
-
 /// The lowest sample on the box of a grid; infinite of one whose inside reaches the box, of which more is not known.
-pub(crate) fn lowest_level_at_box(grid: &OwnedGrid) -> f64 {
+fn lowest_level_at_box(grid: &OwnedGrid) -> f64 {
     let lowest = grid.lowest_boundary_sample();
     if lowest < 0.0 { f64::INFINITY } else { lowest }
 }
@@ -90,6 +82,18 @@ pub(crate) fn parts(field: &AnyField) -> Vec<&AnyField> {
     }
 }
 
+/// Boxes of grids outside of which levels count. To find the lowest level on a box takes all of its samples there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Boxes {
+    /// Points in the boxes alone.
+    #[cfg(feature = "exchange")]
+    None,
+    /// Boxes of grids that are taken away, as margins need it: −φ is too high outside.
+    TakenAway,
+    /// All.
+    All,
+}
+
 /// Levels at which φ is the distance d to the shape, up to the error bound in the band.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Reach {
@@ -102,14 +106,15 @@ pub(crate) struct Reach {
 impl Reach {
     const EVERYTHING: Self = Self { not_above: Interval::EVERYTHING, not_below: Interval::EVERYTHING };
 
-    /// `at_box` is the lowest level of a grid on its box, or a higher one to leave it out. The recursion is as deep as the field.
-    pub(crate) fn of(field: &AnyField, at_box: &dyn Fn(&OwnedGrid) -> f64) -> Self {
-        let of = |field: &AnyField| Self::of(field, at_box);
+    /// The recursion is as deep as the field.
+    pub(crate) fn of(field: &AnyField, boxes: Boxes) -> Self {
+        let of = |field: &AnyField| Self::of(field, boxes);
         match field {
             AnyField::Grid(grid) => {
                 let band = grid.band();
                 let inside = Interval { lower: -band, upper: f64::INFINITY };
-                Self { not_above: inside, not_below: Interval { lower: -band, upper: band.min(at_box(grid)) } }
+                let known = if boxes == Boxes::All { band.min(lowest_level_at_box(grid)) } else { band };
+                Self { not_above: inside, not_below: Interval { lower: -band, upper: known } }
             }
             AnyField::Union(union) => union.parts().iter().map(of).fold(Self::EVERYTHING, Self::and),
             AnyField::Intersection(both) => {
@@ -118,7 +123,8 @@ impl Reach {
             }
             AnyField::Difference(both) => {
                 let Difference(a, b) = both.as_ref();
-                of(a).and(of(b).negate())
+                let boxes_of_b = if boxes == Boxes::TakenAway { Boxes::All } else { boxes };
+                of(a).and(Self::of(b, boxes_of_b).negate())
             }
             AnyField::SmoothUnion(both) => {
                 let (a, b) = both.parts();
@@ -139,7 +145,7 @@ impl Reach {
         }
     }
 
-    fn known(self) -> Interval<f64> {
+    pub(crate) fn known(self) -> Interval<f64> {
         let Self { not_above, not_below } = self;
         Interval { lower: not_above.lower.max(not_below.lower), upper: not_above.upper.min(not_below.upper) }
     }
