@@ -15,8 +15,8 @@ use crate::{Field, MarginOutOfReach};
 
 impl Field {
     /// Refuses a margin at which contacts or an overlap could leave out what is within it: below the band of a sparse grid, also where it
-    /// is moved or part of a combination, or deeper than the box of a grid that is taken away. Of a grid alone, also one above [`GridInfo::max_margin`](crate::GridInfo::max_margin), where
-    /// contacts would be false; those of a combination have the status
+    /// is moved or part of a combination, or deeper than the box of a grid that is taken away. Of a grid alone, also one above
+    /// [`GridInfo::max_margin`](crate::GridInfo::max_margin), where contacts would be false; those of a combination have the status
     /// [`OutsideGrid`](sdf_core::contact::ContactStatus::OutsideGrid) or [`BeyondBand`](sdf_core::contact::ContactStatus::BeyondBand)
     /// there. For contacts ask [`ContactOptions::check_margin`](crate::ContactOptions::check_margin).
     pub fn check_margin(&self, margin: f64) -> Result<(), MarginOutOfReach> {

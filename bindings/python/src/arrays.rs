@@ -79,8 +79,8 @@ fn check_indices<T: Copy + Into<i128>>(indices: &[T], vertex_count: usize) -> Py
     }
 }
 
-/// A number, or an infinite one for an integer beyond the largest, which each argument refuses by its name. What is no number keeps its
-/// TypeError.
+/// A number. An integer beyond the range of f64 becomes infinite, which each argument then refuses with its own name; anything that is not
+/// a number keeps its TypeError.
 pub fn number(given: &Bound<PyAny>) -> PyResult<f64> {
     match given.extract::<f64>() {
         Err(error) if error.is_instance_of::<PyOverflowError>(given.py()) => {

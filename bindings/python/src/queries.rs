@@ -32,7 +32,8 @@ impl Sdf {
     /// this fraction of slope_bound · longest edge of the minimum, or of slope_bound · longest side of the field's box if that is shorter;
     /// neither counts where exact. threads: None for all cores.
     /// For a mesh that moves, faces alone: clusters, a MeshClusters of it, leaves out what is far from the field, with the same contacts
-    /// (where complete, elements that are "possible" by their own bounds alone may be left out); vertices that moved against each other need refitted clusters, which nothing checks.
+    /// (where complete, elements that are "possible" by their own bounds alone may be left out); vertices that moved against each other need
+    /// refitted clusters, which nothing checks.
     /// mesh_pose: where the frame of a rigid mesh stands; contacts are those of the mesh moved there. margins: one for each face (m,), in
     /// place of margin.
     /// device: "cpu", or "cuda" for an NVIDIA GPU, in f32: docs/gpu.md. There vertices (n, 3) of float32 and faces (m, 3) of uint32 or

@@ -287,7 +287,7 @@ impl Sdf {
     }
 }
 
-/// What is wrong with the length of a combination, by the argument's name.
+/// The error of a combination. If a length is wrong, the message begins with the argument's name.
 fn named(argument: &str, error: CombineError) -> PyErr {
     match error {
         CombineError::NotFinite(_) | CombineError::NotPositive(_) => value_error(format!("{argument}: {error}")),

@@ -122,7 +122,7 @@ fn flattened(format: MeshFormat, surface: &SurfaceMesh) -> Option<String> {
     })
 }
 
-/// Cells around a field that is no grid: its surface closes there.
+/// Cells of padding around a field that is not a grid, so that its surface is closed.
 const PADDING: u32 = 2;
 
 /// The lattice to sample on.
