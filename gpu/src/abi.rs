@@ -3,7 +3,7 @@
 //! Everything is `repr(C)` and made of integers and floats of fixed size. An address of the card is a `u64`.
 
 /// Counts the changes of this file, and the mends without which kernels are wrong: kernels of another version are refused.
-pub const VERSION: u32 = 9;
+pub const VERSION: u32 = 10;
 
 /// Threads of a certified search on a grid: a team has one element.
 pub const TEAM: u32 = 8;
@@ -168,8 +168,6 @@ pub const HIT_BYTES: usize = 80;
 pub struct SearchParams {
     /// Tolerance of the method, in its own unit.
     pub tolerance: f64,
-    /// Largest step of projected gradient descent.
-    pub step: f64,
     /// Largest number of steps, or the number of samples.
     pub iterations: u32,
     pub unused: u32,

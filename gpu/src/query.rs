@@ -246,7 +246,6 @@ impl GpuQuery {
         let (method, frame) = (options.method.name(), self.frame());
         let first = SearchParams {
             tolerance: options.method.tolerance(options),
-            step: 0.5,
             iterations: options.iterations,
             unused: 0,
         };

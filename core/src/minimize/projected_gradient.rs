@@ -1,36 +1,52 @@
-//! Which point of a simplex is reached by steps against the gradient? Projected gradient descent on barycentric weights (Goldstein
-//! 1964, "Convex programming in Hilbert space"; Macklin et al. 2020, §3.1): w ← P(w − step · ∇_w φ), P the projection onto the simplex.
+//! Which point of a simplex is reached by steps against the gradient? Projected gradient descent on barycentric weights, each step as long
+//! as the two gradients before it say. One kernel per step, so that it runs in lanes.
 
-use core::array::from_fn;
+use nalgebra::Vector3;
 
-use super::descent_state::DescentState;
+use super::descent_state::{DescentState, KernelSample, WeightedSample, lower, lower_status};
 use super::{Minimizer, Minimum};
+use crate::number::kernel::{LaneKernel, run, run_into};
 use crate::number::{Mask, Real};
-use crate::simplex::project_weights;
+use crate::simplex::{corner_weights, project_weights};
+use crate::vector::select;
 use crate::{EnclosedSdf, Simplex};
 
-/// Projected gradient descent on the barycentric weights with a fixed step (Goldstein 1964, "Convex programming in
-/// Hilbert space"; §3.1 of the paper): w ← ℙ(w − α ∂φ/∂w), α = `step` / (longest edge · slope bound), with ℙ the
-/// projection to barycentric weights ([`project_weights`](crate::project_weights)).
+/// Projected gradient descent on the barycentric weights (Goldstein 1964, "Convex programming in Hilbert space"; §3.1
+/// of the paper): w ← ℙ(w − α ∂φ/∂w), with ℙ the projection to barycentric weights
+/// ([`project_weights`](crate::project_weights)).
 ///
-/// The paper's α is a constant with the unit 1/length, which would make the method depend on the scale.
+/// The paper's α is a constant, on which the answers depend. Here
+/// - α = s·s / s·y, with s the step before and y the change of ∂φ/∂w along it (Barzilai and Borwein 1988, "Two-point step size
+///   gradient methods"; projected: Birgin, Martínez and Raydan 2000, "Nonmonotone spectral projected gradient methods on convex
+///   sets").
+/// - A step that ends no lower is taken back. The next one ends where the tangents at its two ends meet: at the crease of φ
+///   between them, if there is one.
+/// - The first step goes from the lowest corner to the one to which its tangent falls most. It ends no lower, and costs nothing.
+///
+/// It is the fastest local method: a third of the evaluations of [`FrankWolfe`](super::FrankWolfe), and smaller errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProjectedGradient {
-    /// Largest number of steps.
+    /// Largest number of steps, of one evaluation each.
     pub iterations: u32,
-    /// Largest change of a weight in one step. Of 0.03, 0.06, … 2, a half left the smallest errors after 32 steps on
-    /// random triangles against a box and a horseshoe: larger steps jump over the minimum, smaller ones do not reach
-    /// it.
-    pub step: f64,
-    /// Converged when no weight changes by more than this.
+    /// Converged when the tangent at the lowest point falls by at most this fraction of longest edge · slope bound, on the
+    /// simplex, or, after a step that was taken back, up to the next one's end. On a field that is not convex nothing is proven.
     pub tolerance: f64,
 }
 
 impl Default for ProjectedGradient {
     fn default() -> Self {
-        Self { iterations: 32, step: 0.5, tolerance: 1e-6 }
+        Self { iterations: 32, tolerance: 1e-6 }
     }
 }
+
+/// Largest α, as a multiple of the one with which no weight changes by more than 1.
+const MAX_RATE: f64 = 64.0;
+
+/// Largest growth of α in a step.
+const MAX_GROWTH: f64 = 4.0;
+
+/// What is left at least of a step that is taken back, and, as the rest, at most.
+const MIN_FRACTION: f64 = 0.1;
 
 impl<const N: usize> Minimizer<N> for ProjectedGradient {
     const LOCKSTEP: bool = true;
@@ -42,7 +58,8 @@ impl<const N: usize> Minimizer<N> for ProjectedGradient {
 
     #[inline(always)]
     fn minimize<R: Real, F: EnclosedSdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N> {
-        self.descend(field, simplex, DescentState::from_corners(field, simplex))
+        let (state, corners) = DescentState::at_corners(field, simplex);
+        self.descend(field, simplex, state, &corners)
     }
 
     #[inline(always)]
@@ -53,7 +70,9 @@ impl<const N: usize> Minimizer<N> for ProjectedGradient {
         _level: R,
         start: [R; N],
     ) -> Minimum<R, N> {
-        self.descend(field, simplex, DescentState::from_corners_and(field, simplex, start))
+        let (mut state, corners) = DescentState::at_corners(field, simplex);
+        state.evaluate(start, !R::Mask::NONE);
+        self.descend(field, simplex, state, &corners)
     }
 }
 
@@ -64,23 +83,113 @@ impl ProjectedGradient {
         field: &F,
         simplex: &Simplex<R, N>,
         mut state: DescentState<R, F, N>,
+        corners: &[WeightedSample<R, N>; N],
     ) -> Minimum<R, N> {
-        let max_slope = simplex.longest_edge() * field.slope_bound_as::<R>();
+        let max_slope = state.longest_edge * field.slope_bound_as::<R>();
+        let tolerance = max_slope * R::from_f64(self.tolerance);
         let is_flat = max_slope.is_zero();
-        let rate = R::select(is_flat, R::zero(), R::from_f64(self.step) / R::select(is_flat, R::one(), max_slope));
+        let unit = R::select(is_flat, R::zero(), R::one() / R::select(is_flat, R::one(), max_slope));
+        let max_rate = unit * R::from_f64(MAX_RATE);
 
-        let mut current = state.best;
-        let mut active = !R::Mask::NONE;
+        let (best, mut status) = (state.best.kernel_sample(), state.best.sample.status);
+        let (values, gradients) = (corners.map(|c| c.sample.value), corners.map(|c| c.sample.gradient));
+        let mut trial = run(&SteepestCorner, (*simplex, best.2, values, gradients));
+        let mut trial_status = status;
+        let mut after = ((best, [R::zero()]), best.0, Vector3::zeros(), [unit, R::one()]);
         for _ in 0..self.iterations {
-            let slopes = simplex.slopes(current.sample.gradient);
-            let next = project_weights(from_fn(|i| current.weights[i] - slopes[i] * rate));
-            let change = (0..N).fold(R::zero(), |max, i| max.max((next[i] - current.weights[i]).abs()));
-            active = active & R::from_f64(self.tolerance).lt(change);
-            if !active.any() {
+            let ((best, _), _, _, [rate, active]) = after;
+            run_into(&Step, (*simplex, best, trial, [rate, active, tolerance, max_rate]), &mut after);
+            let ((_, [is_trial]), weights, point, [_, active]) = after;
+            status = lower_status(trial_status, status, is_trial);
+            if !R::zero().lt(active).any() {
                 break;
             }
-            current = state.evaluate(next, active);
+            state.evaluations += active;
+            let sample = field.evaluate_near(point, &state.near);
+            trial = (weights, [sample.value], sample.gradient);
+            trial_status = sample.status;
         }
-        state.finish(!active)
+        let ((best, _), _, _, [_, active]) = after;
+        state.best = WeightedSample::new(best, status);
+        state.keep_lower(WeightedSample::new(trial, trial_status), active);
+        state.finish(Real::is_zero(active))
+    }
+}
+
+/// The corner to which a tangent falls most, with its sample: from the tangent's gradient, and the values and gradients of all corners.
+struct SteepestCorner<const N: usize>;
+
+impl<const N: usize> LaneKernel for SteepestCorner<N> {
+    type From<R: Real> = (Simplex<R, N>, Vector3<R>, [R; N], [Vector3<R>; N]);
+    type To<R: Real> = KernelSample<R, N>;
+
+    #[inline(always)]
+    fn apply<R: Real>(&self, (simplex, gradient, values, gradients): Self::From<R>) -> Self::To<R> {
+        let slopes = simplex.slopes(gradient);
+        let mut steepest = (corner_weights::<R, N>(0), [values[0]], gradients[0]);
+        let mut min_slope = slopes[0];
+        for corner in 1..N {
+            let is_lower = slopes[corner].lt(min_slope);
+            for k in 0..N {
+                let weight = if k == corner { R::one() } else { R::zero() };
+                steepest.0[k] = R::select(is_lower, weight, steepest.0[k]);
+            }
+            steepest.1[0] = R::select(is_lower, values[corner], steepest.1[0]);
+            steepest.2 = select(is_lower, gradients[corner], steepest.2);
+            min_slope = R::select(is_lower, slopes[corner], min_slope);
+        }
+        steepest
+    }
+}
+
+/// One step. It takes the best sample, that of the trial, and α, `active` (1 where the search goes on, else 0), the tolerance and
+/// the largest α. It returns the lower of both samples, the next trial's weights, their point, α and `active`.
+struct Step<const N: usize>;
+
+impl<const N: usize> LaneKernel for Step<N> {
+    type From<R: Real> = (Simplex<R, N>, KernelSample<R, N>, KernelSample<R, N>, [R; 4]);
+    type To<R: Real> = ((KernelSample<R, N>, [R; 1]), [R; N], Vector3<R>, [R; 2]);
+
+    #[inline(always)]
+    fn apply<R: Real>(
+        &self,
+        (simplex, best, trial, [rate, active, tolerance, max_rate]): Self::From<R>,
+    ) -> Self::To<R> {
+        let kept = lower(trial, best, active);
+        let is_kept = R::zero().lt(kept.1[0]);
+        let (slopes, trial_slopes) = (simplex.slopes(best.2), simplex.slopes(trial.2));
+        let (mut step, mut square, mut slope, mut trial_slope) = (best.0, R::zero(), R::zero(), R::zero());
+        for k in 0..N {
+            step[k] = trial.0[k] - best.0[k];
+            square += step[k] * step[k];
+            slope += step[k] * slopes[k];
+            trial_slope += step[k] * trial_slopes[k];
+        }
+
+        let curvature = trial_slope - slope;
+        let is_curved = square.lt(curvature * max_rate);
+        let inverse = R::one() / R::select(is_curved, curvature, R::one());
+        let max_rate = R::select(is_kept, max_rate.min(rate * R::from_f64(MAX_GROWTH)), rate * R::from_f64(0.5));
+        let rate = R::select(is_curved, max_rate.min(square * inverse), max_rate);
+        let crease = (trial_slope - (trial.1[0] - best.1[0])) * inverse;
+        let fraction = R::select(is_curved, crease, R::from_f64(0.5));
+        // In this order, in which NaN, which an infinite slope gives, is no fraction.
+        let fraction = R::from_f64(MIN_FRACTION).max(fraction).min(R::from_f64(1.0 - MIN_FRACTION));
+
+        // The first slope is zero.
+        let (mut target, mut mean_slope, mut min_slope) = (kept.0.0, R::zero(), R::zero());
+        for k in 1..N {
+            let slope = R::select(is_kept, trial_slopes[k], slopes[k]);
+            target[k] -= slope * rate;
+            mean_slope += kept.0.0[k] * slope;
+            min_slope = min_slope.min(slope);
+        }
+        let mut next = project_weights(target);
+        for k in 0..N {
+            next[k] = R::select(is_kept, next[k], best.0[k] + step[k] * fraction);
+        }
+        let fall = R::select(is_kept, mean_slope - min_slope, R::zero() - slope * fraction);
+        let goes_on = R::select(tolerance.lt(fall), active, R::zero());
+        (kept, next, simplex.point(next), [rate, goes_on])
     }
 }

@@ -152,7 +152,7 @@ fn frank_wolfe(search: &SearchParams) -> FrankWolfe {
 
 #[inline(always)]
 fn projected_gradient(search: &SearchParams) -> ProjectedGradient {
-    ProjectedGradient { iterations: search.iterations, step: search.step, tolerance: search.tolerance }
+    ProjectedGradient { iterations: search.iterations, tolerance: search.tolerance }
 }
 
 #[inline(always)]
