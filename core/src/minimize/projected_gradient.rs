@@ -28,8 +28,8 @@ use crate::{EnclosedSdf, Simplex};
 pub struct ProjectedGradient {
     /// Largest number of steps, of one evaluation each.
     pub iterations: u32,
-    /// Converged when the tangent at the lowest point falls by at most this fraction of longest edge · slope bound, on the
-    /// simplex, or, after a step that was taken back, up to the next one's end. On a field that is not convex nothing is proven.
+    /// Converged when the next step falls by at most this fraction of longest edge · slope bound, by the tangents before it. Nothing
+    /// is proven by that.
     pub tolerance: f64,
 }
 
@@ -170,25 +170,38 @@ impl<const N: usize> LaneKernel for Step<N> {
         let is_curved = square.lt(curvature * max_rate);
         let inverse = R::one() / R::select(is_curved, curvature, R::one());
         let max_rate = R::select(is_kept, max_rate.min(rate * R::from_f64(MAX_GROWTH)), rate * R::from_f64(0.5));
-        let rate = R::select(is_curved, max_rate.min(square * inverse), max_rate);
-        let crease = (trial_slope - (trial.1[0] - best.1[0])) * inverse;
-        let fraction = R::select(is_curved, crease, R::from_f64(0.5));
-        // In this order, in which NaN, which an infinite slope gives, is no fraction.
-        let fraction = R::from_f64(MIN_FRACTION).max(fraction).min(R::from_f64(1.0 - MIN_FRACTION));
+        let is_known = is_curved & (square * inverse).lt(max_rate);
+        let rate = R::select(is_known, square * inverse, max_rate);
 
-        // The first slope is zero.
-        let (mut target, mut mean_slope, mut min_slope) = (kept.0.0, R::zero(), R::zero());
-        for k in 1..N {
-            let slope = R::select(is_kept, trial_slopes[k], slopes[k]);
-            target[k] -= slope * rate;
-            mean_slope += kept.0.0[k] * slope;
-            min_slope = min_slope.min(slope);
-        }
-        let mut next = project_weights(target);
+        // How much of the step is kept, and how much of the gradient's change: of a step that is taken back, up to the crease, and
+        // so much that the step has no slope left.
+        let half = R::from_f64(0.5);
+        let crease = R::select(is_curved, (trial_slope - (trial.1[0] - best.1[0])) * inverse, half);
+        // In this order, in which NaN, which an infinite slope gives, is no fraction.
+        let crease = R::from_f64(MIN_FRACTION).max(crease).min(R::from_f64(1.0 - MIN_FRACTION));
+        let level = R::zero().max(R::select(is_curved, R::zero() - slope * inverse, half)).min(R::one());
+        let (of_step, of_slopes) = (R::select(is_kept, R::one(), crease), R::select(is_kept, R::one(), level));
+
+        let (mut from, mut from_slopes) = (best.0, slopes);
         for k in 0..N {
-            next[k] = R::select(is_kept, next[k], best.0[k] + step[k] * fraction);
+            from[k] += step[k] * of_step;
+            from_slopes[k] += (trial_slopes[k] - slopes[k]) * of_slopes;
         }
-        let fall = R::select(is_kept, mean_slope - min_slope, R::zero() - slope * fraction);
+        let mut next = from;
+        for k in 0..N {
+            next[k] -= from_slopes[k] * rate;
+        }
+        let next = project_weights(next);
+
+        let (mut to_next, mut mean_slope, mut min_slope) = (R::zero(), R::zero(), from_slopes[0]);
+        for k in 0..N {
+            to_next += (from[k] - next[k]) * from_slopes[k];
+            mean_slope += from[k] * from_slopes[k];
+            min_slope = min_slope.min(from_slopes[k]);
+        }
+        // While α grows, the next step is no measure: the simplex is.
+        let of_kept = R::select(is_known, to_next, mean_slope - min_slope);
+        let fall = R::select(is_kept, of_kept, to_next - slope * crease);
         let goes_on = R::select(tolerance.lt(fall), active, R::zero());
         (kept, next, simplex.point(next), [rate, goes_on])
     }

@@ -208,6 +208,9 @@ method! { SEARCH, search:
     search_edges_sparse_u16_frank_wolfe, SparseGrid<u16>, 2, frank_wolfe;
     search_edges_sparse_f32_frank_wolfe, SparseGrid<f32>, 2, frank_wolfe;
     search_edges_shapes_frank_wolfe, Shapes, 2, frank_wolfe;
+    search_edges_sparse_u16_projected_gradient, SparseGrid<u16>, 2, projected_gradient;
+    search_edges_sparse_f32_projected_gradient, SparseGrid<f32>, 2, projected_gradient;
+    search_edges_shapes_projected_gradient, Shapes, 2, projected_gradient;
     search_vertices_dense_point_sampling, DenseGrid, 1, point_sampling;
     search_vertices_sparse_u16_point_sampling, SparseGrid<u16>, 1, point_sampling;
     search_vertices_sparse_f32_point_sampling, SparseGrid<f32>, 1, point_sampling;
@@ -276,7 +279,10 @@ method! { LEAN, lean:
     lean_faces_dense_projected_gradient, DenseGrid, 3, projected_gradient;
     lean_faces_sparse_u16_frank_wolfe, SparseGrid<u16>, 3, frank_wolfe;
     lean_faces_shapes_frank_wolfe, Shapes, 3, frank_wolfe;
+    lean_faces_sparse_u16_projected_gradient, SparseGrid<u16>, 3, projected_gradient;
+    lean_faces_shapes_projected_gradient, Shapes, 3, projected_gradient;
     lean_edges_dense_frank_wolfe, DenseGrid, 2, frank_wolfe;
+    lean_edges_dense_projected_gradient, DenseGrid, 2, projected_gradient;
     lean_vertices_dense_point_sampling, DenseGrid, 1, point_sampling;
     lean_vertices_sparse_u16_point_sampling, SparseGrid<u16>, 1, point_sampling;
     lean_vertices_shapes_point_sampling, Shapes, 1, point_sampling;
@@ -290,6 +296,8 @@ stage! { LEAN_CULL, lean_cull:
 method! { LEAN_SEARCH, lean_search:
     lean_search_faces_dense_frank_wolfe, DenseGrid, 3, frank_wolfe;
     lean_search_faces_sparse_u16_frank_wolfe, SparseGrid<u16>, 3, frank_wolfe;
+    lean_search_faces_dense_projected_gradient, DenseGrid, 3, projected_gradient;
+    lean_search_faces_sparse_u16_projected_gradient, SparseGrid<u16>, 3, projected_gradient;
 }
 
 /// The kernel of this name.

@@ -38,6 +38,9 @@ fn expected(scene: &Scene, elements: Elements, method: Method) -> (Vec<Contact<f
         (Elements::Vertices, _) => {
             scene.expected_lean(&scene.vertices(), &PointSampling { samples: 1, corners: false })
         }
+        (Elements::Edges, Method::ProjectedGradient) => {
+            scene.expected_lean(&scene.edges, &ProjectedGradient::default())
+        }
         (Elements::Edges, _) => scene.expected_lean(&scene.edges, &FrankWolfe::default()),
         (_, Method::ProjectedGradient) => scene.expected_lean(&scene.faces, &ProjectedGradient::default()),
         _ => scene.expected_lean(&scene.faces, &FrankWolfe::default()),
@@ -57,6 +60,7 @@ fn lean_contacts_of_a_card_are_those_of_the_core_bit_for_bit() {
                 (Elements::Faces, Method::FrankWolfe),
                 (Elements::Faces, Method::ProjectedGradient),
                 (Elements::Edges, Method::FrankWolfe),
+                (Elements::Edges, Method::ProjectedGradient),
                 (Elements::Vertices, Method::FrankWolfe),
             ] {
                 let what = format!("{} {elements:?} {method}", scene.kind);
@@ -85,7 +89,7 @@ fn lean_contacts_of_a_card_are_those_of_the_core_bit_for_bit() {
             }
         }
         // As many as there are lean kernels.
-        assert_eq!(compared, 8);
+        assert_eq!(compared, 11);
     });
 }
 

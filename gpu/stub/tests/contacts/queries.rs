@@ -9,12 +9,13 @@ use crate::scenes::{Scene, assert_equal, pulled, pushed, scene, scenes};
 use crate::{gpu, with_stub};
 
 /// All methods, and the elements that they search.
-const METHODS: [(&str, Method); 8] = [
+const METHODS: [(&str, Method); 9] = [
     ("faces", Method::FrankWolfe),
     ("faces", Method::ProjectedGradient),
     ("faces", Method::Newton),
     ("faces", Method::Certified),
     ("edges", Method::FrankWolfe),
+    ("edges", Method::ProjectedGradient),
     ("edges", Method::GoldenSection),
     ("edges", Method::Certified),
     ("vertices", Method::PointSampling),
@@ -33,6 +34,7 @@ fn expected(scene: &Scene, kind: &str, method: Method, stages: Stages) -> (Vec<C
         let points = PointSampling { samples: 32, corners: false };
         return match (kind, method) {
             ("vertices", _) => scene.expected_lean(&scene.vertices(), &points),
+            ("edges", Method::ProjectedGradient) => scene.expected_lean(&scene.edges, &ProjectedGradient::default()),
             ("edges", _) => scene.expected_lean(&scene.edges, &FrankWolfe::default()),
             (_, Method::ProjectedGradient) => scene.expected_lean(&scene.faces, &ProjectedGradient::default()),
             _ => scene.expected_lean(&scene.faces, &FrankWolfe::default()),
@@ -43,6 +45,7 @@ fn expected(scene: &Scene, kind: &str, method: Method, stages: Stages) -> (Vec<C
         ("vertices", _) => scene.expected(&scene.vertices(), &PointSampling { samples: 32, corners: false }),
         ("edges", Method::GoldenSection) => scene.expected(&scene.edges, &GoldenSection::default()),
         ("edges", Method::Certified) => scene.expected(&scene.edges, &certified),
+        ("edges", Method::ProjectedGradient) => scene.expected(&scene.edges, &ProjectedGradient::default()),
         ("edges", _) => scene.expected(&scene.edges, &FrankWolfe::default()),
         (_, Method::ProjectedGradient) => scene.expected(&scene.faces, &ProjectedGradient::default()),
         (_, Method::Newton) => scene.expected(&scene.faces, &Newton::default()),
@@ -83,7 +86,7 @@ fn contacts_are_those_of_the_core_bit_for_bit() {
             }
         }
         // As the table of docs/gpu.md has them.
-        assert_eq!(compared, 32 + 8 + 2);
+        assert_eq!(compared, 36 + 11 + 4);
     });
 }
 
