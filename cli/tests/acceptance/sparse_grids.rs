@@ -265,12 +265,33 @@ fn an_error_bound_can_replace_the_resolution() {
     let said = folder.refused("bake ball.obj --max-error 1e-9");
     says(
         &said,
-        &["ball.obj", "--max-error 1e-9: an error of 1e-9 is below", "bytes allow an error of", "larger --max-error"],
+        &[
+            "ball.obj",
+            "--max-error 1e-9: an error of 1e-9 is below what",
+            "with voxels of any size",
+            "larger --max-error",
+        ],
     );
     let mut open = Model::ball([0.0; 3], 1.0, 3);
     open.triangles.truncate(500);
     folder.write("open.obj", open.obj());
     says(&folder.refused("bake open.obj --max-error 0.01"), &["open.obj", "--max-error", "--res"]);
+}
+
+/// What is certain on any mesh is not the limit of this one.
+#[test]
+fn an_error_that_is_certain_in_the_memory_is_not_called_the_least() {
+    let folder = Folder::new();
+    folder.write("ball.obj", Model::ball([0.0; 3], 1.0, 3).obj());
+    let limited = |error: f64| format!("bake ball.obj --max-error {error} --memory 1MB");
+    let said = folder.refused(&limited(1e-3));
+    says(
+        &said,
+        &["takes up to about ", "but 1000000 are allowed", "is certain with voxels of", "a smaller one may be reached"],
+    );
+    let certain: f64 = said.split("; one of ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+    folder.done(&limited(certain));
+    folder.done(&limited(0.5 * certain));
 }
 
 #[test]
