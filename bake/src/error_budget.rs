@@ -32,7 +32,7 @@ pub struct ErrorBudget {
     pub band: f64,
     /// Cells around the mesh's box on each side.
     pub padding: u32,
-    /// Memory that baking may take.
+    /// Memory that baking may take, by the estimate of [`SparseBaker::max_bytes`].
     pub max_bytes: usize,
 }
 
@@ -48,7 +48,8 @@ pub struct Plan<'a> {
     pub bytes: usize,
 }
 
-/// Error that is certain to be met with the memory allowed, and an estimate of what it takes.
+/// Error that is certain to be met with the memory allowed, on any mesh, and an estimate of what it takes. It is no limit: on most
+/// meshes larger voxels do, and so a smaller error fits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AchievableError {
     /// Bound of the error within the band, as a length.
@@ -78,7 +79,7 @@ pub enum ErrorBudgetError {
     },
     /// The error is below the rounding of positions and distances, which no voxel is small enough to take away.
     #[error(
-        "an error of {max_error:?} is below what positions and distances of this mesh are rounded by, {rounding:?}{}",
+        "an error of {max_error:?} is below what positions and distances of this mesh are rounded by with voxels of any size, {rounding:?}{}",
         instead(achievable)
     )]
     BelowRounding {
@@ -86,11 +87,11 @@ pub enum ErrorBudgetError {
         max_error: f64,
         /// Bound of the rounding.
         rounding: f64,
-        /// Error that the memory allows; `None` if no size fits.
+        /// Error that fits the memory with certainty; `None` if no size fits.
         achievable: Option<AchievableError>,
     },
-    /// Every grid within the error needs more memory than is allowed.
-    #[error("an error of {max_error:?} needs {}, but {max_bytes} are allowed{}", needed(*bytes), instead(achievable))]
+    /// No grid was found that is within the error and takes no more memory than is allowed.
+    #[error("an error of {max_error:?} takes {}, but {max_bytes} are allowed{}", needed(*bytes), instead(achievable))]
     TooLarge {
         /// The error allowed.
         max_error: f64,
@@ -99,7 +100,7 @@ pub enum ErrorBudgetError {
         bytes: Option<usize>,
         /// The memory allowed.
         max_bytes: usize,
-        /// Error that the memory allows; `None` if no size fits.
+        /// Error that fits the memory with certainty; `None` if no size fits.
         achievable: Option<AchievableError>,
     },
 }
@@ -115,12 +116,12 @@ impl ErrorBudgetError {
 }
 
 fn needed(bytes: Option<usize>) -> String {
-    bytes.map_or_else(|| "more bytes".to_owned(), |bytes| format!("about {bytes} bytes"))
+    bytes.map_or_else(|| "more bytes".to_owned(), |bytes| format!("up to about {bytes} bytes"))
 }
 
 fn instead(achievable: &Option<AchievableError>) -> String {
     achievable.map_or_else(String::new, |AchievableError { error, spacing, bytes }| {
-        format!(": {bytes} bytes allow an error of {error:?}, by voxels of {spacing:?}")
+        format!("; one of {error:?} is certain with voxels of {spacing:?} in {bytes} bytes, and a smaller one may be reached")
     })
 }
 

@@ -212,7 +212,9 @@ impl<'a> SparseBaker<'a> {
         self.map.max_bricks()
     }
 
-    /// Estimate of the peak memory of [`Self::bake`] in bytes, without the mesh.
+    /// Estimate of the peak memory of [`Self::bake`] in bytes, without the mesh, the same for any number of threads. It leaves out what
+    /// threads beside the first take while they work on other blocks: buffers of some kilobytes, and up to [`Self::triangle_bytes`] each, as
+    /// much only where nearly all triangles are near each of their blocks.
     pub fn max_bytes<C>(&self) -> usize {
         let per_brick =
             BRICK_SAMPLES * size_of::<C>() + size_of::<([u32; 3], Scale, [f64; 2], [BlockBounds; 2], f32)>();
@@ -223,7 +225,7 @@ impl<'a> SparseBaker<'a> {
     }
 
     /// The part of [`max_bytes`](Self::max_bytes) and [`max_streamed_bytes`](Self::max_streamed_bytes) that grows with the mesh's triangles,
-    /// whatever the lattice: their frames, and lists of them.
+    /// whatever the lattice: their frames, and lists of them, of one thread. The triangles near one block are counted, which all may be.
     pub fn triangle_bytes(&self) -> usize {
         splat::max_bytes(self.mesh)
     }
@@ -234,7 +236,7 @@ impl<'a> SparseBaker<'a> {
     }
 
     /// Estimate of the peak memory of [`Self::bake_part`] that gives away the samples of so many slots at once, and of joining the parts
-    /// again, in bytes, without the mesh.
+    /// again, in bytes, without the mesh. It leaves out what [`max_bytes`](Self::max_bytes) does.
     pub fn max_streamed_bytes<C>(&self, slots_at_a_time: usize) -> usize {
         // The numbers of a brick, its place in a list that is sorted, and its share of a table in blocks.
         let per_brick = size_of::<([u32; 3], Scale, [f64; 2], BlockBounds, f32, [u32; 12])>();

@@ -34,17 +34,3 @@ pub fn on_threads<T: Send>(threads: Threads, work: impl FnOnce() -> T + Send) ->
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.count.map_or(0, usize::from)).build()?;
     Ok(pool.install(work))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn time_is_told_from_one_percent_on() {
-        let left = Duration::from_secs(12);
-        assert_eq!(share_done(0, 0, left), "  0 %");
-        assert_eq!(share_done(9, 1000, left), "  0 %");
-        assert_eq!(share_done(10, 1000, left), "  1 %, 12s left");
-        assert_eq!(share_done(1000, 1000, left), "100 %, 12s left");
-    }
-}

@@ -1,7 +1,7 @@
 //! Fields from meshes: the grid around the mesh, its memory checked before any of it is taken, then the baker.
 
 mod error;
-mod inside;
+pub(crate) mod inside;
 #[cfg(feature = "files")]
 mod join;
 #[cfg(feature = "files")]

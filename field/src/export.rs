@@ -17,6 +17,7 @@ pub use sdf_formats::export::ExportFormat;
 use sdf_formats::export::{self, RawFacts};
 use sdf_formats::{atomic_write, blob_file};
 
+use crate::bake::inside::has_inside;
 use crate::reach::{Boxes, Reach};
 use crate::requantize::{Requantized, requantize};
 use crate::{Field, SurfaceMesh, Threads, memory};
@@ -46,11 +47,17 @@ pub struct Exported {
     pub lattice: Lattice,
     /// Half width of a NanoVDB level set's band; `None` of other formats.
     pub band: Option<f64>,
+    /// The field was sampled, and no sample is inside: the shape is thinner than the cells, and the samples have no surface.
+    pub has_lost_surface: bool,
     /// Facts for the file that describes a raw one.
     facts: Option<RawFacts>,
 }
 
 impl Exported {
+    fn new(bytes: Vec<u8>, lattice: Lattice) -> Self {
+        Self { bytes, lattice, band: None, has_lost_surface: false, facts: None }
+    }
+
     /// The text of the JSON file that describes a raw file of this name; `None` of other formats, which describe themselves.
     pub fn description(&self, name: &str) -> Option<String> {
         self.facts.as_ref().map(|facts| export::raw_description(name, &self.lattice, facts))
@@ -64,6 +71,8 @@ pub struct Written {
     pub lattice: Lattice,
     /// See [`Exported::band`].
     pub band: Option<f64>,
+    /// See [`Exported::has_lost_surface`].
+    pub has_lost_surface: bool,
     /// The file, then its description if it has one.
     pub files: Vec<PathBuf>,
 }
@@ -188,7 +197,8 @@ impl Field {
             write(&beside, text.as_bytes())?;
             files.push(beside);
         }
-        Ok(Written { lattice: exported.lattice, band: exported.band, files })
+        let Exported { lattice, band, has_lost_surface, .. } = exported;
+        Ok(Written { lattice, band, has_lost_surface, files })
     }
 
     /// The grid itself, or samples of the field on a lattice of so many cells.
@@ -256,10 +266,13 @@ impl Field {
             let lattice = self.lattice(options.cells)?;
             let Aabb { min, max } = lattice.bounds();
             require_single(&lattice, min.iter().chain(&max).fold(0.0, |farthest: f64, x| farthest.max(x.abs())))?;
-            return Ok(Exported { bytes: self.glb(&lattice)?, lattice, band: None, facts: None });
+            return Ok(Exported::new(self.glb(&lattice)?, lattice));
         }
         let grid = self.sampled(options.cells)?;
         let lattice = *grid.lattice();
+        let is_sampled = self.grid().is_none() || options.cells.is_some();
+        // An open mesh has no inside to lose.
+        let has_lost_surface = is_sampled && !has_inside(&grid) && self.grid().is_none_or(|own| has_inside(own));
         let name = if options.name.is_empty() { "distance" } else { &options.name };
         if let ExportFormat::Blob | ExportFormat::C | ExportFormat::Rust = format {
             let blob = self.blob(&grid, options).ok_or(ExportError::NotABlob)?;
@@ -269,7 +282,7 @@ impl Field {
                 ExportFormat::Rust => export::rust_table(&blob, name, &about).into_bytes(),
                 _ => blob,
             };
-            return Ok(Exported { bytes, lattice, band: None, facts: None });
+            return Ok(Exported { has_lost_surface, ..Exported::new(bytes, lattice) });
         }
         if format == ExportFormat::Nvdb {
             let cells = options.band.map_or(f64::from(PADDING), f64::from);
@@ -281,7 +294,7 @@ impl Field {
             let band =
                 if options.band.is_none() && grid.band().is_finite() { grid.band() } else { wanted.min(grid.band()) };
             let bytes = export::nvdb(&grid, name, band).ok_or(ExportError::NoSurface { nodes: lattice.nodes() })?;
-            return Ok(Exported { bytes, lattice, band: Some(band), facts: None });
+            return Ok(Exported { band: Some(band), ..Exported::new(bytes, lattice) });
         }
         // Decoded samples, and the bytes of the file.
         require(&lattice, 8.0)?;
@@ -293,7 +306,7 @@ impl Field {
             _ => export::raw(&samples),
         };
         let facts = (format == ExportFormat::Raw).then(|| self.facts(&grid, options));
-        Ok(Exported { bytes, lattice, band: None, facts })
+        Ok(Exported { has_lost_surface, facts, ..Exported::new(bytes, lattice) })
     }
 
     /// The bytes of a blob of the grid. Its padding is that of the baked grid, else as far as margins see distances.

@@ -35,6 +35,14 @@ pub struct Scene<'a> {
     pub contacts: &'a [ContactRecord],
 }
 
+/// A page, and what it lacks.
+pub struct Page {
+    /// The bytes of the file.
+    pub html: String,
+    /// Nodes along each axis of the lattice on which the surface was extracted, where no surface passes between them: the page shows none.
+    pub empty_between: Option<[u32; 3]>,
+}
+
 /// Why a page cannot be made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -71,7 +79,7 @@ const MAX_BYTES: usize = 64 << 20;
 const TEMPLATE: &str = include_str!("page/template.html");
 
 /// The page of a scene.
-pub fn html(scene: &Scene) -> Result<String, PageError> {
+pub fn page(scene: &Scene) -> Result<Page, PageError> {
     let lattice = lattice(scene.field)?;
     if !scene.field.knows_surface() {
         return Err(PageError::BeyondGrids);
@@ -96,11 +104,11 @@ pub fn html(scene: &Scene) -> Result<String, PageError> {
     let head = scene.head(&lattice, &window, values, parts.places);
     let data = BASE64_STANDARD.encode(deflated(&parts.bytes));
     // In a script, `</` or `<!--` of a name would end it. The head comes last: a name in it may be that of another placeholder.
-    let page = TEMPLATE.replace("{{DATA}}", &data).replace("{{HEAD}}", &head.to_string().replace('<', "\\u003c"));
-    if page.len() > MAX_BYTES {
-        return Err(PageError::TooLong(page.len()));
+    let html = TEMPLATE.replace("{{DATA}}", &data).replace("{{HEAD}}", &head.to_string().replace('<', "\\u003c"));
+    if html.len() > MAX_BYTES {
+        return Err(PageError::TooLong(html.len()));
     }
-    Ok(page)
+    Ok(Page { html, empty_between: triangles.is_empty().then(|| lattice.nodes()) })
 }
 
 fn deflated(bytes: &[u8]) -> Vec<u8> {

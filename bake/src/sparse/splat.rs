@@ -234,7 +234,7 @@ pub fn node_rounding(mesh: &MeshDistance, lattice: &Lattice, band: f64) -> f64 {
     distance_rounding(mesh, spacing) + of_band + of_samples + position_rounding(mesh, lattice)
 }
 
-/// Memory of the triangles around one block.
+/// Memory of the triangles around one block, of which each thread has its own.
 pub(super) fn max_bytes(mesh: &MeshDistance) -> usize {
     mesh.tree().corners.len().min(MAX_TRIANGLES) * (size_of::<TriangleFrame>() + 16 * size_of::<u32>())
 }

@@ -59,15 +59,17 @@ int main(int argc, char **argv) {
 
     /* The octahedron against itself, lowered by 1.5: their faces share the height between -0.5 and 0. */
     SdfOverlapPoint deepest[4];
+    SdfPatch patch;
     uint32_t verdict;
     double points[] = {0, 0, -2, 0.25, 0, 0}, distances[2];
     query.translation[2] = -1.5;
-    SdfResult result = sdf_overlap(again, body, &query, &verdict, deepest, 4, &count, &error);
+    SdfResult result = sdf_overlap(again, body, &query, &verdict, deepest, 4, &count, &patch, &error);
     if ((result != SDF_OK && result != SDF_TOO_SMALL) || verdict != SDF_TOUCHING || count == 0) return puts(error.text), 1;
     printf("overlap at height %.2f, %.2f and %.2f deep\n", deepest[0].point[2], -deepest[0].distances[0], -deepest[0].distances[1]);
     if (fabs(deepest[0].point[2] + 0.75) > 0.01 || fabs(deepest[0].distances[0] + 0.25 / sqrt(3)) > 0.01) return puts("not there"), 1;
+    if (fabs(patch.area - 0.125) > 0.02 || patch.unknown != 0 || !patch.complete) return printf("a patch of %g\n", patch.area), 1;
     query.translation[2] = -2.5;
-    if (sdf_overlap(again, body, &query, NULL, deepest, 4, &count, &error) != SDF_OK || count != 0) return puts("not apart"), 1;
+    if (sdf_overlap(again, body, &query, NULL, deepest, 4, &count, NULL, &error) != SDF_OK || count != 0) return puts("not apart"), 1;
     if (sdf_mesh_distances(octahedron, 6, sides, 8, SDF_SIGN_AUTO, 1, points, 2, distances, &error) != SDF_OK) return puts(error.text), 1;
     printf("distances from the mesh: %.17g and %.17g\n", distances[0], distances[1]);
     if (distances[0] != 1 || fabs(distances[1] + 0.75 / sqrt(3)) > 1e-15) return puts("not exact"), 1;
@@ -105,7 +107,7 @@ int main(int argc, char **argv) {
     printf("refused: %s\n", error.text);
     if (sdf_sample(NULL, triangle, 1, &distance, NULL, &error) != SDF_INVALID_ARGUMENT) return puts("no refusal"), 1;
     printf("refused: %s\n", error.text);
-    if (sdf_overlap(again, NULL, &query, NULL, NULL, 0, &count, &error) != SDF_INVALID_ARGUMENT) return puts("no refusal"), 1;
+    if (sdf_overlap(again, NULL, &query, NULL, NULL, 0, &count, NULL, &error) != SDF_INVALID_ARGUMENT) return puts("no refusal"), 1;
     printf("refused: %s\n", error.text);
     if (sdf_mesh_distances(octahedron, 6, sides, 8, 9, 1, points, 2, distances, &error) != SDF_INVALID_ARGUMENT) return puts("no refusal"), 1;
     printf("refused: %s\n", error.text);

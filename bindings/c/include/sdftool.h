@@ -41,13 +41,12 @@ typedef struct SdfQuery {
     double margin, translation[3], rotation[4]; uint32_t elements, method, all_minima, budget, threads, lean, complete, exact;
     const SdfClusters *clusters; const double *mesh_pose, *margins;
 } SdfQuery;
-/* Where they are not 0: all_minima gives every isolated minimum of an element. lean leaves out smooth normals and error bounds, in less
- * time; not with all_minima, complete or exact. complete leaves out no element that the baked mesh has within the margin; what the grid's
- * error leaves open is SDF_POSSIBLE. exact measures by the triangles of the mesh that the grid keeps, by SDF_AUTO; not with all_minima,
- * clusters, mesh_pose or margins.
- * Of a mesh that moves, where they are not NULL, for faces alone: clusters of its faces leave out what is far away, and change no contact;
- * where complete, faces that are SDF_POSSIBLE by their own bounds alone may be left out. mesh_pose, a translation and a quaternion: where a
- * rigid mesh stands. margins: one for each face, in place of margin. */
+/* Where they are not 0: all_minima gives every isolated minimum of an element. lean leaves out smooth normals and error bounds, in less time;
+ * not with all_minima, complete or exact. complete leaves out no element that the baked mesh has within the margin, also one below a sparse
+ * grid's band, which is else refused; what its error leaves open is SDF_POSSIBLE. exact measures by the triangles of the mesh that the grid
+ * keeps, by SDF_AUTO; not with all_minima, clusters, mesh_pose or margins. Of a mesh that moves, where they are not NULL, for faces alone:
+ * clusters of its faces leave out what is far away, and change no contact; where complete, faces that are SDF_POSSIBLE by their own bounds
+ * alone may be left out. mesh_pose, a translation and a quaternion: where a rigid mesh stands. margins: one for each face, in place of margin. */
 /* lower_bound: of the distance on the whole element. error_bound: how far the grid can be off at the point; shape_lower_bound is of
  * the distance to the baked mesh. key: element and feature, the same from frame to frame. feature_id: a vertex, an edge's two
  * vertices, or a face; UINT32_MAX where there is none, also in vertices. weights: barycentric. */
@@ -62,6 +61,9 @@ typedef struct SdfTouch { double time; SdfContact contact; } SdfTouch; /* time: 
 typedef struct SdfInfo { double min[3], max[3], spacing, error_bound, max_margin, slope_bound; uint32_t nodes[3], layout; } SdfInfo;
 /* A point inside of two fields, and its distance in either. normal: the way on which the first field comes free of the other. */
 typedef struct SdfOverlapPoint { double point[3], normal[3], distances[2]; } SdfOverlapPoint;
+/* The surface between two fields. unknown: cubes in which it cannot be cut, as the fields have no finite value or the same slope: not in
+ * area, which is so 0 of equal fields in one place. complete: 0 where not all was looked at, and there may be more. */
+typedef struct SdfPatch { double area; uint32_t unknown, complete; } SdfPatch;
 const char *sdf_version(void); SdfBakeOptions sdf_bake_options(void); SdfQuery sdf_query(void);
 
 /* progress may be NULL; else any working thread calls it, one at a time. It must not throw; non-zero ends the bake (SDF_STOPPED). It
@@ -90,8 +92,7 @@ SdfResult sdf_contacts(const SdfField *field, const double *vertices, size_t ver
 SdfResult sdf_visit_contacts(const SdfField *field, const double *vertices, size_t vertex_count, const uint32_t *faces, size_t face_count,
                              const SdfQuery *query, int (*visit)(void *user, const SdfContact *contact), void *user,
                              size_t *undecided, SdfError *error);
-/* Clusters for SdfQuery: made once a mesh, and fitted again, with the same faces, where its vertices moved against each other; no other call
- * may use them meanwhile. */
+/* Clusters for SdfQuery: made once a mesh; refit, with its faces, where vertices moved against each other and no other call uses them. */
 SdfResult sdf_clusters(const double *vertices, size_t vertex_count, const uint32_t *faces, size_t face_count, SdfClusters **out, SdfError *error);
 SdfResult sdf_clusters_refit(SdfClusters *clusters, const double *vertices, size_t vertex_count, const uint32_t *faces, size_t face_count,
                              SdfError *error);
@@ -110,9 +111,9 @@ SdfResult sdf_first_touches(const SdfField *field, const double *vertices, const
 SdfResult sdf_reduce(SdfContact *contacts, size_t *count, size_t keep, double movement, double thickness, double *shortfall, SdfError *error);
 /* Points where field and other are deepest in each other, the deepest first; written and counted as contacts are. Of the query its pose
  * (of field, seen by other) and margin (both distances are at most so much) are looked at. verdict may be NULL, and is SDF_UNDECIDED where the
- * call is refused. */
+ * call is refused. patch may be NULL, and is 0 throughout where the call is refused. */
 SdfResult sdf_overlap(const SdfField *field, const SdfField *other, const SdfQuery *query, uint32_t *verdict, SdfOverlapPoint *points,
-                      size_t capacity, size_t *count, SdfError *error);
+                      size_t capacity, size_t *count, SdfPatch *patch, SdfError *error);
 #ifdef __cplusplus
 }
 #endif

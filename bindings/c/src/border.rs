@@ -149,7 +149,7 @@ impl<T: Copy> Writer<T> {
     }
 }
 
-/// One number that a call answers, of which something is known from the beginning.
+/// One value that a call answers, of which something is known from the beginning.
 pub struct Answer<T>(*mut T);
 
 impl<T: Copy> Answer<T> {
@@ -171,7 +171,7 @@ impl<T: Copy> Answer<T> {
 
     pub fn set(&mut self, value: T) {
         if !self.0.is_null() {
-            // SAFETY: not NULL and aligned; by the header a number may be written there, and no slice of Rust covers it.
+            // SAFETY: not NULL and aligned; by the header a value may be written there, and no slice of Rust covers it.
             unsafe { self.0.write(value) };
         }
     }

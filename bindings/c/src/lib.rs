@@ -20,15 +20,17 @@ use sdf_field::core::Sample;
 use sdf_field::core::contact::{Contact, Reduction};
 use sdf_field::file::{FieldError, GridFault, SaveError};
 use sdf_field::{
-    BakeError, BakeOptions, ContactOptions, ContactRow, Contacts, Field, MeshView, OverlapOptions, OverlapVerdict,
-    QueryError, Threads,
+    BakeError, BakeOptions, ContactOptions, ContactRow, Contacts, Field, MarginOutOfReach, MeshView, OverlapOptions,
+    OverlapVerdict, QueryError, Threads,
 };
 
 use border::{Callback, Out, guard};
 pub use motion::{sdf_clusters, sdf_clusters_free, sdf_clusters_refit, sdf_first_touches};
 use progress::{ProgressFunction, Steps};
 use types::sign_method;
-pub use types::{Failure, SdfBakeOptions, SdfError, SdfField, SdfInfo, SdfOverlapPoint, SdfQuery, SdfResult, SdfTouch};
+pub use types::{
+    Failure, SdfBakeOptions, SdfError, SdfField, SdfInfo, SdfOverlapPoint, SdfPatch, SdfQuery, SdfResult, SdfTouch,
+};
 
 /// The version of the library, such as `0.2.0`.
 #[unsafe(no_mangle)]
@@ -219,10 +221,12 @@ pub extern "C" fn sdf_overlap(
     points: *mut SdfOverlapPoint,
     capacity: usize,
     count: *mut usize,
+    patch: *mut SdfPatch,
     error: *mut SdfError,
 ) -> SdfResult {
     guard(error, || {
         let mut verdict = border::Answer::optional(verdict, 2, "verdict")?;
+        let mut patch = border::Answer::optional(patch, SdfPatch::default(), "patch")?;
         let mut counter = border::Answer::new(count, 0, "count")?;
         let mut room = border::Writer::new(points, capacity, "points")?;
         let fields = [&border::reference(field, "field")?.0, &border::reference(other, "other")?.0];
@@ -232,6 +236,7 @@ pub extern "C" fn sdf_overlap(
         let found = fields[0].overlap(fields[1], &options).map_err(Failure::invalid)?;
         found.points.iter().for_each(|point| room.push(point.into()));
         counter.set(found.points.len());
+        patch.set(found.patch.into());
         verdict.set(match found.verdict {
             OverlapVerdict::Contact => 0,
             OverlapVerdict::Separated => 1,
@@ -326,6 +331,12 @@ pub extern "C" fn sdf_visit_contacts(
     })
 }
 
+/// Why contacts of this margin are refused, and what to do.
+fn margin_advice(error: MarginOutOfReach) -> String {
+    let advice = if error.is_too_deep() { ", or set complete of SdfQuery, not 0" } else { "" };
+    format!("{error}{advice}")
+}
+
 fn visit(
     field: *const SdfField,
     vertices: (*const f64, usize),
@@ -339,13 +350,14 @@ fn visit(
     let faces = border::rows(faces.0, faces.1, "faces")?;
     let query = border::value(query, "query")?;
     let options = query.to_rust()?;
-    options.check_margin(field).map_err(Failure::invalid)?;
+    options.check_margin(field).map_err(|error| Failure::invalid(margin_advice(error)))?;
     let mesh = MeshView { points, faces };
     let on_contact = |contact: &Contact<f64>| on_row(ContactRow::from(contact));
     let visited = match motion::of_query(&query, mesh, options.elements)? {
         None => field.visit_contacts(mesh, &options, on_contact),
         Some(mesh) => {
-            mesh.check_margins(field, &options).map_err(Failure::invalid)?;
+            mesh.check_margins(field, &options)
+                .map_err(|error| Failure::invalid(format!("margins: {}", margin_advice(error))))?;
             field.visit_contacts_in_motion(&mesh, &options, on_contact)
         }
     };

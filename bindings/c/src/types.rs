@@ -4,7 +4,7 @@ use std::fmt::Display;
 use std::num::NonZeroUsize;
 
 use sdf_field::core::grid::owned::{Layout, Precision};
-use sdf_field::core::overlap::OverlapPoint;
+use sdf_field::core::overlap::{OverlapPoint, Patch};
 use sdf_field::core::placed::Rigid;
 use sdf_field::{
     BakeOptions, ContactOptions, ContactRow, Elements, Field, GridSize, MeshClusters, Method, SignMethod, Threads,
@@ -119,6 +119,27 @@ impl From<&OverlapPoint<f64>> for SdfOverlapPoint {
     fn from(found: &OverlapPoint<f64>) -> Self {
         let distances = [found.a.value, found.b.value];
         Self { point: found.point.into(), normal: found.normal.into(), distances }
+    }
+}
+
+/// The header's `SdfPatch`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C)]
+pub struct SdfPatch {
+    pub area: f64,
+    pub unknown: u32,
+    pub complete: u32,
+}
+
+impl From<Option<Patch<f64>>> for SdfPatch {
+    /// `None` of fields that are proven to be apart: there is no more.
+    fn from(patch: Option<Patch<f64>>) -> Self {
+        match patch {
+            Some(Patch { area, undefined_count: unknown, is_complete, .. }) => {
+                Self { area, unknown, complete: is_complete.into() }
+            }
+            None => Self { complete: 1, ..Self::default() },
+        }
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use sdf_field::ContactRow;
-use sdftool::{SdfBakeOptions, SdfError, SdfInfo, SdfOverlapPoint, SdfQuery, SdfResult, SdfTouch};
+use sdftool::{SdfBakeOptions, SdfError, SdfInfo, SdfOverlapPoint, SdfPatch, SdfQuery, SdfResult, SdfTouch};
 
 const STRICT: [&str; 4] = ["-Wall", "-Wextra", "-Werror", "-pedantic"];
 
@@ -43,6 +43,7 @@ fn facts() -> Vec<Fact> {
         min, max, spacing, error_bound, max_margin, slope_bound, nodes, layout));
     facts.extend(facts!(SdfTouch, "SdfTouch": time, contact));
     facts.extend(facts!(SdfOverlapPoint, "SdfOverlapPoint": point, normal, distances));
+    facts.extend(facts!(SdfPatch, "SdfPatch": area, unknown, complete));
     facts.extend([("sizeof(SdfError)".to_owned(), size_of::<SdfError>())]);
     facts.extend([("sizeof(SdfResult)".to_owned(), size_of::<SdfResult>())]);
     let results = [

@@ -3,7 +3,7 @@
 use std::ffi::CStr;
 use std::ptr::{null, null_mut};
 
-use sdftool::{SdfBakeOptions, SdfError, SdfField, SdfQuery, SdfResult};
+use sdftool::{SdfBakeOptions, SdfError, SdfField, SdfPatch, SdfQuery, SdfResult};
 
 const FACES: [[u32; 3]; 8] = [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
 
@@ -80,8 +80,19 @@ fn a_margin_below_the_band_is_refused_also_where_a_text_names_the_grid() {
         let query = SdfQuery { margin: -0.4, ..sdftool::sdf_query() };
         let (result, count, why) = contacts(field, &vertices(0.1), &query);
         assert_eq!((result, count), (SdfResult::InvalidArgument, 0));
-        // C has no complete search to ask for.
-        assert!(why.contains("-0.4 is deeper") && why.contains("wider band") && !why.contains("complete"), "{why}");
+        assert!(why.contains("-0.4 is deeper") && why.ends_with(", or set complete of SdfQuery, not 0"), "{why}");
+        // Which helps, also where margins are of single faces.
+        let complete = SdfQuery { complete: 1, ..query };
+        let (result, count, why) = contacts(field, &vertices(0.1), &complete);
+        assert_eq!((result, count), (SdfResult::Ok, 8), "{why}");
+        let margins = [-0.4; FACES.len()];
+        let of_faces = SdfQuery { margins: margins.as_ptr(), ..sdftool::sdf_query() };
+        let (result, _, why) = contacts(field, &vertices(0.1), &of_faces);
+        assert_eq!(result, SdfResult::InvalidArgument);
+        assert!(why.starts_with("margins: ") && why.ends_with(", or set complete of SdfQuery, not 0"), "{why}");
+        // What is too far out is none of its business, nor are two fields.
+        let (_, _, why) = contacts(field, &vertices(0.1), &SdfQuery { margin: 99.0, ..sdftool::sdf_query() });
+        assert!(!why.contains("complete"), "{why}");
         let (mut count, mut error) = (0, SdfError { text: [0; 512] });
         let overlap = sdftool::sdf_overlap(
             field,
@@ -91,10 +102,12 @@ fn a_margin_below_the_band_is_refused_also_where_a_text_names_the_grid() {
             null::<()>().cast_mut().cast(),
             0,
             &mut count,
+            null_mut(),
             &mut error,
         );
         assert_eq!(overlap, SdfResult::InvalidArgument);
-        assert!(text(&error).contains("-0.4 is deeper"), "{}", text(&error));
+        let why = text(&error);
+        assert!(why.contains("-0.4 is deeper") && !why.contains("complete"), "{why}");
         let (result, count, why) = contacts(field, &vertices(0.1), &sdftool::sdf_query());
         assert_eq!((result, count), (SdfResult::Ok, 8), "{why}");
         sdftool::sdf_free(field);
@@ -189,9 +202,19 @@ fn counts_and_verdicts_of_a_refusal_are_written() {
         );
         assert_eq!((result, count), (invalid, 0));
         count = 7;
-        let result =
-            sdftool::sdf_overlap(asked, field, &query, &mut verdict, null_room, capacity, &mut count, null_mut());
-        assert_eq!((result, count, verdict), (invalid, 0, 2));
+        let mut patch = SdfPatch { area: 7.0, unknown: 7, complete: 7 };
+        let result = sdftool::sdf_overlap(
+            asked,
+            field,
+            &query,
+            &mut verdict,
+            null_room,
+            capacity,
+            &mut count,
+            &mut patch,
+            null_mut(),
+        );
+        assert_eq!((result, count, verdict, patch), (invalid, 0, 2, SdfPatch::default()));
         undecided = 7;
         let visit = None;
         let result = sdftool::sdf_visit_contacts(

@@ -97,7 +97,7 @@ fn no_call_starts_a_thread() {
             none,
         );
         expect(SdfResult::TooSmall, "sdf_first_touches", touched);
-        let met = sdftool::sdf_overlap(*read, *loaded, &moved, null_mut(), null_mut(), 0, &mut count, none);
+        let met = sdftool::sdf_overlap(*read, *loaded, &moved, null_mut(), null_mut(), 0, &mut count, null_mut(), none);
         expect(SdfResult::TooSmall, "sdf_overlap", met);
         fields.into_iter().for_each(|field| sdftool::sdf_free(field));
     }

@@ -180,11 +180,11 @@ impl SourceWords {
     fn to_rust(&self, triangles: usize) -> Result<Source, String> {
         let mut sha256 = [0; 32];
         if !self.sha256.is_empty() {
-            let digits = Some(&self.sha256).filter(|digits| digits.len() == 64);
-            let byte =
-                |index: usize| digits?.get(2 * index..2 * index + 2).map(|digits| u8::from_str_radix(digits, 16));
-            for (index, place) in sha256.iter_mut().enumerate() {
-                *place = byte(index).and_then(Result::ok).ok_or("source.sha256: give 64 hexadecimal digits")?;
+            let digits: Option<Vec<u32>> = self.sha256.chars().map(|digit| digit.to_digit(16)).collect();
+            let digits = digits.filter(|digits| digits.len() == 64);
+            let digits = digits.ok_or("source.sha256: give 64 hexadecimal digits")?;
+            for (byte, [high, low]) in sha256.iter_mut().zip(digits.as_chunks().0) {
+                *byte = (16 * high + low) as u8;
             }
         }
         Ok(Source { name: self.name.clone(), sha256, triangles: triangles as u64 })

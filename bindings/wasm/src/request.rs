@@ -231,8 +231,8 @@ fn page(field: &Field, name: String, input: &Buffers, options: &ContactWords) ->
     };
     let records: Vec<ContactRecord> = found.contacts.iter().map(ContactRecord::from).collect();
     let scene = Scene { name, field, pose, mesh, contacts: &records };
-    let page = page::html(&scene).map_err(|error| error.to_string())?;
-    Ok(Buffers { bytes: page.into_bytes(), ..Buffers::text(&summary)? })
+    let page = page::page(&scene).map_err(|error| error.to_string())?;
+    Ok(Buffers { bytes: page.html.into_bytes(), ..Buffers::text(&summary)? })
 }
 
 fn points(input: &Buffers) -> Result<&[[f64; 3]], String> {

@@ -140,7 +140,7 @@ const wrong = [
   [() => sdf.bake(tetrahedron, { res: 5000 }), /needs .* bytes, and .* are free/],
   [() => sdf.bake(tetrahedron, { progress: 3 }), /^TypeError: progress: give a function$/],
   [() => sdf.bake(tetrahedron, { weld: 1e9 }), /use a smaller weld$/],
-  ...["f".repeat(80), "f".repeat(62), "g".repeat(64)].map(sha256 => [() => sdf.bake(tetrahedron, { source: { sha256 } }), /^Error: source.sha256: give 64 hexadecimal digits$/]),
+  ...["f".repeat(80), "f".repeat(62), "g".repeat(64), "+1".repeat(32)].map(sha256 => [() => sdf.bake(tetrahedron, { source: { sha256 } }), /^Error: source.sha256: give 64 hexadecimal digits$/]),
   [() => sdf.bake({ points: [0, 0, 0, 1], faces: [0, 0, 0] }), /three numbers/],
   [() => sdf.bake({ points: [0, 0, 0, 1, 0, 0, 0, 1, 0], faces: [0, 1, 7] }), /vertex 7|7/],
   [() => sdf.bake({ points: [NaN, 0, 0, 1, 0, 0, 0, 1, 0], faces: [0, 1, 2] }), /NaN|finite/],

@@ -49,13 +49,12 @@ pub fn run(args: &ExportArgs) -> Result<()> {
     };
     let exported = progress::on_threads(args.threads, || {
         if to_stdout {
-            let Exported { lattice, band, bytes, .. } = field.export(format, &options)?;
-            return Ok((lattice, band, vec![], bytes));
+            let Exported { lattice, band, has_lost_surface, bytes, .. } = field.export(format, &options)?;
+            return Ok((Written { lattice, band, has_lost_surface, files: vec![] }, bytes));
         }
-        let Written { lattice, band, files } = field.export_to(&output, format, &options)?;
-        Ok((lattice, band, files, vec![]))
+        Ok((field.export_to(&output, format, &options)?, vec![]))
     })?;
-    let (lattice, band, files, printed) = exported.map_err(|error| match error {
+    let (Written { lattice, band, has_lost_surface, files }, printed) = exported.map_err(|error| match error {
         ExportError::Unwritable(path, error) => anyhow::Error::new(error).context(path.display().to_string()),
         ExportError::NoSurface { nodes } => {
             let finer = if field.grid().is_some() && args.res.is_none() { "bake with" } else { "use" };
@@ -70,7 +69,15 @@ pub fn run(args: &ExportArgs) -> Result<()> {
     if to_stdout {
         standard_output::print_bytes(&printed)?;
     }
-    let warning = (format == ExportFormat::Glb).then(|| open_at_box(&field, 0.0, &lattice)).flatten();
+    let warning = match format {
+        ExportFormat::Glb => open_at_box(&field, 0.0, &lattice),
+        _ => has_lost_surface.then(|| {
+            format!(
+                "{}: the shape is thinner than these cells, use a larger --res",
+                empty_between(lattice.nodes(), 0.0)
+            )
+        }),
+    };
     if let Some(warning) = &warning {
         warn(&format!("{}: {warning}", args.sdf.display()));
     }

@@ -26,7 +26,7 @@ pub fn run(args: &ViewArgs) -> Result<()> {
         [Some(&args.sdf), args.mesh.as_ref()].into_iter().flatten().map(|path| path.as_path()).collect();
     output::ensure_writable(&output, &inputs)?;
     let pose = args.pose.motion()?;
-    let (contacts, bytes) = progress::on_threads(args.threads, || {
+    let (contacts, page::Written { bytes, warning }) = progress::on_threads(args.threads, || {
         let field = field_input::read_whole(&args.sdf)?;
         let mesh = args.mesh.as_deref().map(mesh_input::read_mesh).transpose()?;
         let view = mesh.as_ref().map(|mesh| MeshView { points: &mesh.points, faces: &mesh.triangles });
@@ -40,14 +40,17 @@ pub fn run(args: &ViewArgs) -> Result<()> {
             name = format!("{} on {name}", stem(path));
         }
         let scene = Scene { name, field: &field, pose, mesh: view, contacts: &contacts };
-        let bytes = page::write(&output, &args.sdf, &scene)?;
-        anyhow::Ok((contacts.len(), bytes))
+        let page = page::write(&output, &args.sdf, &scene)?;
+        anyhow::Ok((contacts.len(), page))
     })??;
     let mut rows = vec![("page", format!("{}, {bytes} bytes", output.display()))];
     if args.mesh.is_some() {
         rows.insert(0, ("contacts", contacts.to_string()));
     }
     let output = output.display().to_string();
-    let json = json!({"schema": "sdftool.view/1", "output": output, "bytes": bytes, "contacts": contacts});
+    let mut json = json!({"schema": "sdftool.view/1", "output": output, "bytes": bytes, "contacts": contacts});
+    if let Some(warning) = warning {
+        json["warning"] = warning.into();
+    }
     Report { rows, json }.print(args.json)
 }

@@ -22,6 +22,12 @@ fn bake_draws_the_time_left_on_a_terminal() {
     assert!(drawn.contains("baking") && drawn.contains(" %, ") && drawn.contains("s left"), "{drawn:?}");
     // Before anything is done there is nothing to tell the time from.
     assert!(drawn.split('%').next().unwrap().ends_with("  0 "), "{drawn:?}");
+    // From one percent on it is drawn.
+    let shares: Vec<&str> = drawn.split(" %").collect();
+    for pair in shares.windows(2) {
+        let digits = pair[0].rsplit(|c: char| !c.is_ascii_digit()).next().unwrap();
+        assert_eq!(pair[1].starts_with(", "), digits != "0", "{digits:?} of {drawn:?}");
+    }
     let printed = String::from_utf8(folder.read("printed")).unwrap();
     assert!(printed.contains("ball.sdf.h5") && !printed.contains("left"), "{printed}");
 }

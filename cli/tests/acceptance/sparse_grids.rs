@@ -1,5 +1,8 @@
 //! Sparse grids: what dense grids can do, and what only sparse ones can.
 
+use std::collections::HashSet;
+
+use sdf_formats::grid_file::{self, StoredGrid};
 use serde_json::Value;
 
 use crate::folder::{Folder, says};
@@ -245,6 +248,26 @@ fn a_histogram_is_drawn_of_the_errors() {
     assert!(svg.matches("<rect x=").count() > 5);
 }
 
+/// Bricks of all shapes of neighbourhoods, also cut off by the box: counted from the bricks, and one by one.
+#[test]
+fn a_cell_is_stored_if_all_its_corners_are() {
+    let folder = Folder::new();
+    folder.write("ball.obj", Model::ball([0.0; 3], 1.0, 3).moved(|[x, y, z]| [x, 0.7 * y, 0.4 * z]).obj());
+    let baked = folder.json("bake ball.obj --res 75 --padding 1 --band 1 --layout sparse");
+    let StoredGrid { grid, .. } = grid_file::read(&folder.at("ball.sdf.h5")).unwrap();
+    let slots: HashSet<[u32; 3]> = grid.storage().slots().iter().copied().collect();
+    let [nx, ny, nz] = grid.lattice().nodes();
+    let is_stored = |node: [u32; 3]| slots.contains(&node.map(|along| along / 8));
+    let count = |[nx, ny, nz]: [u32; 3], is_counted: &dyn Fn([u32; 3]) -> bool| {
+        let all = (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| [x, y, z])));
+        all.filter(|node| is_counted(*node)).count() as u64
+    };
+    let corner = |[x, y, z]: [u32; 3], n: u32| [x + (n & 1), y + (n >> 1 & 1), z + (n >> 2)];
+    let cells = count([nx - 1, ny - 1, nz - 1], &|cell| (0..8).all(|n| is_stored(corner(cell, n))));
+    assert_eq!(baked["stored_nodes"], count([nx, ny, nz], &is_stored));
+    assert!(cells > 0 && baked["stored_cells"] == cells, "{cells}, {baked}");
+}
+
 #[test]
 fn an_error_bound_can_replace_the_resolution() {
     let folder = Folder::new();
@@ -265,12 +288,33 @@ fn an_error_bound_can_replace_the_resolution() {
     let said = folder.refused("bake ball.obj --max-error 1e-9");
     says(
         &said,
-        &["ball.obj", "--max-error 1e-9: an error of 1e-9 is below", "bytes allow an error of", "larger --max-error"],
+        &[
+            "ball.obj",
+            "--max-error 1e-9: an error of 1e-9 is below what",
+            "with voxels of any size",
+            "larger --max-error",
+        ],
     );
     let mut open = Model::ball([0.0; 3], 1.0, 3);
     open.triangles.truncate(500);
     folder.write("open.obj", open.obj());
     says(&folder.refused("bake open.obj --max-error 0.01"), &["open.obj", "--max-error", "--res"]);
+}
+
+/// An error that is certain on any mesh is not the limit of this one.
+#[test]
+fn an_error_that_is_certain_in_the_memory_is_not_called_the_least() {
+    let folder = Folder::new();
+    folder.write("ball.obj", Model::ball([0.0; 3], 1.0, 3).obj());
+    let limited = |error: f64| format!("bake ball.obj --max-error {error} --memory 1MB");
+    let said = folder.refused(&limited(1e-3));
+    says(
+        &said,
+        &["takes up to about ", "but 1000000 are allowed", "is certain with voxels of", "a smaller one may be reached"],
+    );
+    let certain: f64 = said.split("; one of ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+    folder.done(&limited(certain));
+    folder.done(&limited(0.5 * certain));
 }
 
 #[test]

@@ -161,3 +161,44 @@ fn a_surface_outside_of_the_box_of_a_grid_in_a_combination_is_refused() {
     let (own, finer) = (closing(""), closing("--res 57"));
     assert!((own - finer).abs() < 0.01, "{own} by its own nodes, {finer} by others");
 }
+
+#[test]
+fn a_shape_that_is_thinner_than_the_cells_is_never_lost_without_a_word() {
+    let folder = Folder::new();
+    folder.write("plate.sdf.toml", "[field]\nshape = \"box\"\nhalf_extents = [1.0, 1.0, 0.0065]\n");
+    folder.write("plate.obj", Model::cube().moved(|[x, y, z]| [x, y, z * 0.006]).obj());
+    let mut sheet = Model::cube();
+    sheet.triangles.truncate(2);
+    folder.write("sheet.obj", sheet.obj());
+    folder.done("bake plate.obj --res 400 --padding 6 --layout sparse");
+    folder.done("bake sheet.obj --res 16");
+    let thin = "the shape is thinner than these cells, ";
+    for (words, file, advice) in [
+        ("view plate.sdf.toml", "plate.html", "take `surface` with a larger --res"),
+        ("view plate.sdf.h5", "plate.html", "take `surface` with a larger --res"),
+        ("export plate.sdf.toml --format npy", "plate.npy", "use a larger --res"),
+        ("export plate.sdf.toml --format raw", "plate.raw", "use a larger --res"),
+        ("export plate.sdf.h5 --res 20 --format blob", "plate.sdfb", "use a larger --res"),
+    ] {
+        let (json, line) = warned(&folder, words);
+        let name = words.split(' ').nth(1).unwrap();
+        says(&line, &[&format!("sdftool: warning: {name}: the surface is empty: between "), thin, advice]);
+        assert!(line.lines().count() == 1 && line.contains(json["warning"].as_str().unwrap()), "{words}: {line}");
+        assert!(folder.at(file).exists(), "{words}");
+    }
+    // What they advise helps. A sheet has no inside to lose, and what is thick enough is not warned of.
+    folder.done("surface plate.sdf.toml --res 512 -o plate.ply");
+    for words in [
+        "export plate.sdf.toml --res 512 --format nrrd",
+        "export plate.sdf.h5 --format blob",
+        "export sheet.sdf.h5 --res 8 --format npy",
+    ] {
+        assert!(folder.json(words)["warning"].is_null(), "{words}");
+    }
+    let (json, line) = warned(&folder, "view sheet.sdf.h5");
+    says(
+        &line,
+        &["the surface is empty: between ", "an open mesh without an inside has a surface at distances above 0 alone"],
+    );
+    assert!(line.contains(json["warning"].as_str().unwrap()), "{line}");
+}

@@ -98,6 +98,23 @@ fn verify_refuses_a_single_wrong_node_of_the_coarse_grid() {
     }
 }
 
+#[test]
+fn one_wrong_sign_is_singular_and_two_are_not() {
+    let folder = Folder::new();
+    folder.write("ball.obj", Model::ball([0.0; 3], 1.0, 3).obj());
+    folder.done("bake ball.obj --res 16");
+    let StoredGrid { grid, about, .. } = grid_file::read(&folder.at("ball.sdf.h5")).unwrap();
+    let OwnedStorage::Dense(storage) = grid.storage() else { panic!("a dense grid") };
+    let mut distances = storage.storage().samples().to_vec();
+    for reason in ["1 node has the wrong sign", "2 nodes have the wrong sign"] {
+        let deepest = (0..distances.len()).min_by(|a, b| distances[*a].total_cmp(&distances[*b])).unwrap();
+        distances[deepest] *= -1.0;
+        let samples = Samples::Dense { distances: &distances, bounds: storage.bounds() };
+        grid_file::write(&folder.at("wrong.sdf.h5"), grid.lattice(), samples, &about).unwrap();
+        says(&mismatch(&folder, "verify wrong.sdf.h5 ball.obj --points 10 --all-nodes"), &[reason]);
+    }
+}
+
 /// The step of samples in f32 is written as 1, but nothing is rounded to it. Signs count in any unit.
 #[test]
 fn verify_compares_nodes_to_their_rounding_in_any_precision_and_unit() {

@@ -5,7 +5,7 @@ use sdf_core::grid::sparse::{BRICK, brick_counts};
 use sdf_core::grid::{Lattice, Storage};
 
 /// Is a sample negative? By the bounds of each block of 8 × 8 × 8 nodes.
-pub(super) fn has_inside(grid: &OwnedGrid) -> bool {
+pub(crate) fn has_inside(grid: &OwnedGrid) -> bool {
     let [nx, ny, nz] = brick_counts(grid.lattice());
     let is_inside = |slot: [u32; 3]| {
         let node = slot.map(|count| count * BRICK);

@@ -9,6 +9,7 @@ mod certified;
 mod lanes;
 mod newton;
 mod point_sampling;
+mod projected_gradient;
 mod scaling;
 mod unions;
 mod values;

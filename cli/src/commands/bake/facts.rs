@@ -243,22 +243,3 @@ pub fn mesh_row(args: &BakeArgs, mesh: &MeshFacts, report: &MeshReport) -> Strin
     in_vain.into_iter().filter(|(is_in_vain, _)| *is_in_vain).for_each(|(_, words)| row.push_str(words));
     row
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Three of four bricks around an edge: the cells across it lack a corner, though the bricks on either side of it are there.
-    #[test]
-    fn a_cell_is_stored_if_all_its_corners_are() {
-        let lattice = Lattice::new([0.0; 3], 1.0, [17, 16, 10]).unwrap();
-        let slots = [[0, 0, 0], [1, 1, 0], [1, 0, 0], [0, 1, 1], [2, 1, 0]];
-        let is_stored = |node: [u32; 3]| slots.contains(&node.map(|along| along / BRICK));
-        let corners = |[x, y, z]: [u32; 3], n: u32| [x + (n & 1), y + (n >> 1 & 1), z + (n >> 2)];
-        let nodes = lattice.nodes();
-        let cells = (0..nodes[2] - 1)
-            .flat_map(|z| (0..nodes[1] - 1).flat_map(move |y| (0..nodes[0] - 1).map(move |x| [x, y, z])))
-            .filter(|cell| (0..8).all(|n| is_stored(corners(*cell, n))));
-        assert_eq!(stored_in_bricks(&lattice, &slots)[1], cells.count());
-    }
-}

@@ -80,14 +80,3 @@ fn wrong_signs(count: usize, what: &str, place: &str) -> String {
 fn are(count: usize) -> &'static str {
     if count == 1 { "is" } else { "are" }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn one_is_singular() {
-        assert_eq!(wrong_signs(1, "node", ""), "1 node has the wrong sign");
-        assert_eq!(wrong_signs(2, "point", " beyond the band"), "2 points beyond the band have the wrong sign");
-    }
-}
