@@ -244,11 +244,8 @@ impl GpuQuery {
     fn steps(&self) -> Result<Vec<Step>, GpuError> {
         let (elements, kind, options) = (self.mesh.kind, self.field.kind, &self.options);
         let (method, frame) = (options.method.name(), self.frame());
-        let first = SearchParams {
-            tolerance: options.method.tolerance(options),
-            iterations: options.iterations,
-            unused: 0,
-        };
+        let first =
+            SearchParams { tolerance: options.method.tolerance(options), iterations: options.iterations, unused: 0 };
         let step = |name: String, frame, search| match self.gpu.find_kernel(&name)? {
             Some(kernel) => {
                 let has_team = name.ends_with("_certified") && kind != "shapes";

@@ -1,10 +1,10 @@
 //! Projected gradient descent: what steps of the right length and creases found by tangents are worth, and what "converged" means.
 
 use nalgebra::Vector3;
-use sdf_core::Simplex;
 use sdf_core::combine::Intersection;
 use sdf_core::minimize::{FrankWolfe, Minimizer, Minimum, ProjectedGradient};
 use sdf_core::shapes::{HalfSpace, Sphere};
+use sdf_core::{Sdf, Simplex};
 use sdf_tests::oracle::{convex_minimum, random_simplex};
 use sdf_tests::random::Random;
 use sdf_tests::scenes::{Meaning, scenes};
@@ -34,9 +34,9 @@ fn after_ten_steps_it_is_as_near_as_frank_wolfe_after_32() {
                 errors.sort_by(f64::total_cmp);
                 [75, 90].map(|percent| errors[errors.len() * percent / 100])
             });
-            println!("{N} corners, in grids {is_grid}: {gradient:e?}, Frank-Wolfe {frank_wolfe:e?}");
+            println!("{N} corners, in grids {is_grid}: {gradient:?}, Frank-Wolfe {frank_wolfe:?}");
             let is_near = gradient.iter().zip(frank_wolfe).all(|(gradient, frank_wolfe)| *gradient <= frank_wolfe);
-            assert!(is_near, "{N} corners, in grids {is_grid}: {gradient:e?}, Frank-Wolfe {frank_wolfe:e?}");
+            assert!(is_near, "{N} corners, in grids {is_grid}: {gradient:?}, Frank-Wolfe {frank_wolfe:?}");
         }
     }
     let mut random = Random::seeded();
