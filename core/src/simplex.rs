@@ -180,7 +180,8 @@ pub fn project_weights<R: Real, const N: usize>(weights: [R; N]) -> [R; N] {
     let excess = excess(weights, R::one());
     let positive = weights.map(|weight| (weight - excess).max(R::zero()));
     let sum = positive.iter().fold(R::zero(), |sum, weight| sum + *weight);
-    positive.map(|weight| weight / sum)
+    let inverse = R::one() / sum;
+    positive.map(|weight| weight * inverse)
 }
 
 /// The threshold τ with Σ max(v_i − τ, 0) = `total`: subtracting it projects `values` onto a scaled simplex.

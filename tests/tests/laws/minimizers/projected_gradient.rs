@@ -54,7 +54,7 @@ fn a_smooth_minimum_takes_few_steps() {
         let simplex = random_simplex::<3>(&mut random, 1.0);
         let minimum = ProjectedGradient::default().minimize(&sphere, &simplex);
         let error = minimum.sample.value - convex_minimum(&sphere, &simplex);
-        assert!(minimum.converged && error < 1e-5 * simplex.longest_edge(), "{error:e}: {simplex:?}: {minimum:?}");
+        assert!(minimum.converged && error <= 1e-5 * simplex.longest_edge(), "{error:e}: {simplex:?}: {minimum:?}");
         evaluations.push(minimum.evaluations);
     }
     evaluations.sort_by(f64::total_cmp);
