@@ -59,7 +59,7 @@ pub struct GpuOptions {
 const ITERATIONS: u32 = 32;
 
 /// Steps of projected gradient descent, which is nearer after these than Frank-Wolfe after 32 (docs/methods.md).
-const GRADIENT_ITERATIONS: u32 = 12;
+const GRADIENT_ITERATIONS: u32 = 8;
 
 /// Evaluations of the second search of each element, as of `auto`.
 const EVALUATIONS: u32 = 256;

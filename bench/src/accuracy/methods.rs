@@ -24,7 +24,7 @@ pub fn methods() -> Vec<Method> {
         both("sampling", "samples", &[4, 16, 64], |samples| PointSampling { samples, corners: false }),
         // As programs sample that collide vertices, too.
         both("corners and samples", "samples", &[4, 64], |samples| PointSampling { samples, corners: true }),
-        both("projected gradient", "steps", &[32], |n| ProjectedGradient { iterations: n, ..Default::default() }),
+        both("projected gradient", "steps", &[8, 32], |n| ProjectedGradient { iterations: n, ..Default::default() }),
         both("Frank-Wolfe", "steps", &[32], |n| FrankWolfe { iterations: n, ..Default::default() }),
         edges_only("golden section", "steps", &[32], |n| GoldenSection { iterations: n, ..Default::default() }),
         both("Newton", "steps", &[32], |n| Newton { iterations: n, ..Default::default() }),
