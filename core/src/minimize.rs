@@ -6,8 +6,8 @@
 //! | [`Certified`] | the global minimum, with a proven lower bound | `certified` |
 //! | [`AllMinima`] | every isolated minimum | `all_minima` |
 //! | [`Newton`] | a local minimum, in the fewest evaluations | `newton`, `cuts`, `curvature` |
-//! | [`FrankWolfe`] | a local minimum, in the shortest time on fields that are cheap to evaluate | `frank_wolfe` |
-//! | [`ProjectedGradient`], [`GoldenSection`] | a local minimum | one each |
+//! | [`ProjectedGradient`] | a local minimum, in the shortest time on fields that are cheap to evaluate | `projected_gradient` |
+//! | [`FrankWolfe`], [`GoldenSection`] | a local minimum | one each |
 //! | [`PointSampling`] | the lowest of fixed points | `point_sampling` |
 //!
 //! Every local method starts at the lowest corner and keeps the best point so far (`descent_state`). It stops by its

@@ -11,9 +11,9 @@ pub enum Method {
     Auto,
     /// Branch and bound with a budget of 1024 evaluations: the global minimum, and a proof of how near.
     Certified,
-    /// Frank-Wolfe: the fastest; a local minimum.
+    /// Frank-Wolfe: a local minimum.
     FrankWolfe,
-    /// Projected gradient descent: a local minimum.
+    /// Projected gradient descent: the fastest; a local minimum.
     ProjectedGradient,
     /// Newton's method between cutting planes: a local minimum in the fewest evaluations.
     Newton,

@@ -93,9 +93,9 @@ impl Default for ContactOptions {
 }
 
 impl ContactOptions {
-    /// Frank-Wolfe: the fastest, and misses some contacts.
+    /// Projected gradient descent: the fastest, and misses some contacts.
     pub fn fast() -> Self {
-        Self { method: Method::FrankWolfe, ..Self::default() }
+        Self { method: Method::ProjectedGradient, ..Self::default() }
     }
 
     /// The default: certified within 256 evaluations per element.

@@ -31,11 +31,11 @@ use crate::{EnclosedSdf, Simplex};
 ///
 /// The first two end exactly on an edge if the minimum is there. The corners come first.
 ///
-/// It takes by far the fewest evaluations of all methods here, and its steps cost the most: on triangles as much as
-/// several evaluations of a box or a dense grid. Use it for fields that are expensive to evaluate, for more than two or
-/// three digits, or on segments, where its steps are cheap. Use [`FrankWolfe`](super::FrankWolfe) for many triangles on
+/// It misses the fewest minima of all local methods here, and its steps cost the most: on triangles as much as
+/// several evaluations of a box or a dense grid. Use it for fields that are expensive to evaluate, or on segments, where its
+/// steps are cheap. Use [`ProjectedGradient`](super::ProjectedGradient) for many triangles on
 /// a cheap field. It is a local method: it can end in a higher one of several minima, though less often than
-/// Frank-Wolfe.
+/// the others.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Newton {
     /// Largest number of steps, of one evaluation each.
