@@ -117,21 +117,31 @@ impl<'a, R: Real, F: EnclosedSdf, const N: usize> DescentState<'a, R, F, N> {
     /// Starts from the lowest corner, as §3.3 of the paper does.
     #[inline(always)]
     pub fn from_corners(field: &'a F, simplex: &'a Simplex<R, N>) -> Self {
-        Self::at_corners(field, simplex).0
+        let mut state = Self::before_corners(field, simplex);
+        for corner in 0..N {
+            state.evaluate_corner(corner);
+        }
+        state
     }
 
     /// [`from_corners`](Self::from_corners), with the samples of all corners.
     #[inline(always)]
     pub fn at_corners(field: &'a F, simplex: &'a Simplex<R, N>) -> (Self, [WeightedSample<R, N>; N]) {
-        let [longest_edge] = run(&LongestEdge, *simplex);
-        let sample = Sample::new(R::zero(), Vector3::zeros());
-        let best = WeightedSample { weights: corner_weights(0), sample };
-        let mut state = Self { field, simplex, longest_edge, near: NearParts::default(), best, evaluations: R::zero() };
-        let mut corners = [best; N];
+        let mut state = Self::before_corners(field, simplex);
+        let mut corners = [state.best; N];
         for (corner, sample) in corners.iter_mut().enumerate() {
             *sample = state.evaluate_corner(corner);
         }
         (state, corners)
+    }
+
+    /// A search that has evaluated nothing yet.
+    #[inline(always)]
+    fn before_corners(field: &'a F, simplex: &'a Simplex<R, N>) -> Self {
+        let [longest_edge] = run(&LongestEdge, *simplex);
+        let sample = Sample::new(R::zero(), Vector3::zeros());
+        let best = WeightedSample { weights: corner_weights(0), sample };
+        Self { field, simplex, longest_edge, near: NearParts::default(), best, evaluations: R::zero() }
     }
 
     /// Starts from the lowest corner, or from other weights if they are lower.
