@@ -19,8 +19,8 @@ use crate::{EnclosedSdf, Simplex};
 /// - α = s·s / s·y, with s the step before and y the change of ∂φ/∂w along it (Barzilai and Borwein 1988, "Two-point step size
 ///   gradient methods"; projected: Birgin, Martínez and Raydan 2000, "Nonmonotone spectral projected gradient methods on convex
 ///   sets").
-/// - A step that ends no lower is taken back. The next one ends where the tangents at its two ends meet: at the crease of φ
-///   between them, if there is one.
+/// - A step that ends no lower is taken back. The next one starts where the tangents at its two ends meet, at the crease of φ
+///   between them, if there is one, and goes along it: against the gradient between theirs that has no slope along the step.
 /// - The first step goes from the lowest corner to the one to which its tangent falls most. It ends no lower, and costs nothing.
 ///
 /// It is the fastest local method: a third of the evaluations of [`FrankWolfe`](super::FrankWolfe), and smaller errors.
