@@ -7,7 +7,7 @@ const TOLERANCE = 1e-6;
 /// Largest α, over that with which no weight changes by more than 1, and its largest growth in a step.
 const MAX_RATE = 64.0;
 const MAX_GROWTH = 4.0;
-/// What is left at least of a step that is taken back, and, as the rest, at most.
+/// Smallest part that is left of a step that is taken back; 1 minus this is the largest.
 const MIN_FRACTION = 0.1;
 
 fn minimize(element: Element) -> Minimum {

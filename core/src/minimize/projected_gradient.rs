@@ -45,7 +45,7 @@ const MAX_RATE: f64 = 64.0;
 /// Largest growth of α in a step.
 const MAX_GROWTH: f64 = 4.0;
 
-/// What is left at least of a step that is taken back, and, as the rest, at most.
+/// Smallest part that is left of a step that is taken back; 1 minus this is the largest.
 const MIN_FRACTION: f64 = 0.1;
 
 impl<const N: usize> Minimizer<N> for ProjectedGradient {
