@@ -251,18 +251,19 @@ impl<'a> Run<'a> {
         figures.frames = frame;
         figures.finite = world.is_finite();
         figures.volume = figures.volume.min(world.min_volume_ratio());
-        figures.max_speed = figures.max_speed.max(world.max_speed());
+        let speeds = surfaces.iter().map(|surface| surface.max_speed(world));
+        figures.max_speed = speeds.fold(figures.max_speed.max(world.max_speed()), f64::max);
         let energy = world.energy();
         self.energy = [self.energy[0], self.energy[1].max(energy), self.energy[2].min(energy)];
-        // Half a unit of time before the end, and from then on.
-        if f64::from(self.spec.frames - frame) <= 0.5 * self.spec.rate {
+        // Half a unit of time before the end, or one frame, and from then on.
+        if f64::from(self.spec.frames - frame) <= (0.5 * self.spec.rate).max(1.0) {
             let points: Vec<_> = surfaces.iter().flat_map(|surface| surface.points(world)).collect();
             if self.settled.is_empty() {
                 self.settled.clone_from(&points);
             } else {
                 self.squares.0 += points.iter().zip(&self.before).map(|(a, b)| distance_sq(a, b)).sum::<f64>();
                 self.squares.1 += points.len();
-                figures.turn = figures.turn.max(self.touching.turned());
+                figures.turn = Some(self.touching.turned().max(figures.turn.unwrap_or(0.0)));
             }
             self.before = points;
         }
@@ -327,8 +328,10 @@ impl<'a> Run<'a> {
         let figures = &mut self.figures;
         let stretches = stage.surfaces.iter().map(|surface| surface.max_stretch(world, &self.start));
         figures.stretch = stretches.fold(1.0, f64::max);
-        figures.jitter = self.spec.rate * (self.squares.0 / self.squares.1.max(1) as f64).sqrt();
-        figures.drift = self.settled.iter().zip(&points).map(|(a, b)| distance_sq(a, b).sqrt()).fold(0.0, f64::max);
+        // A turn is known where two frames are.
+        let drift = self.settled.iter().zip(&points).map(|(a, b)| distance_sq(a, b).sqrt()).fold(0.0, f64::max);
+        figures.jitter = figures.turn.map(|_| self.spec.rate * (self.squares.0 / self.squares.1.max(1) as f64).sqrt());
+        figures.drift = figures.turn.map(|_| drift);
         figures.energy_gain = Figures::energy_gain(self.energy, self.start.kinetic_energy());
         // What holds a pin is not known.
         let has_pins = world.inv_mass.contains(&0.0);
