@@ -8,6 +8,7 @@
 //! | Which shape has a closed form at a time? | `scene/animation` |
 //! | What does a smaller scene have fewer of? | `scene/shrink` |
 //! | How is it run, once or in many variants? | `scene/run`, `scene/vary` |
+//! | Who may strike whom within a frame, and who passes by? | `scene/struck`, `scene/passing` |
 //! | What is measured, and is it reached? | `scene/figures` |
 //! | Which things touch, and how far do normals turn? | `scene/touching` |
 //! | Which side does an entangled patch leave on? | `scene/entangled` |
@@ -20,10 +21,12 @@ mod check;
 mod entangled;
 mod figures;
 mod mesh_spec;
+mod passing;
 mod run;
 mod separate;
 mod shrink;
 mod spec;
+mod struck;
 mod touching;
 mod vary;
 

@@ -4,15 +4,17 @@ use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::time::Instant;
 
+use sdf_core::AnyField;
 use sdf_core::cage::CageMap;
 use sdf_core::combine::Shell;
-use sdf_core::{Aabb, AnyField};
 use sdf_field::{Field, Method, QueryError, Threads};
 
 use super::build::Stage;
 use super::figures::Figures;
+use super::passing::Passing;
 use super::separate::Separations;
 use super::spec::SceneSpec;
+use super::struck::Struck;
 use super::touching::Touching;
 use crate::caged::{CageAtRest, CageRoom, CagedBody};
 use crate::motion::Motion;
@@ -174,9 +176,9 @@ impl<'a> Run<'a> {
         let Stage { world, surfaces, obstacles, animations, fields, time, .. } = stage;
         let moments: Vec<[Field; 2]> =
             animations.iter().map(|shape| [*time, *time + 1.0 / self.spec.rate].map(|time| shape.at(time))).collect();
-        let boxes: Vec<Option<Aabb>> =
-            surfaces.iter().map(|surface| reached_box(surface, world, &motion, self.query.thickness)).collect();
+        let struck = Struck::all(surfaces, world, &motion, self.query.thickness);
         for (index, surface) in surfaces.iter().enumerate() {
+            let gain = struck[index].gain();
             let query = Query { elements: elements(&self.query, self.only_vertices, surface), ..self.query };
             let obstacles = if self.hulls.is_empty() { &*obstacles } else { &self.hulls };
             let changing = surfaces.len() + obstacles.len();
@@ -187,7 +189,7 @@ impl<'a> Run<'a> {
                     // A patch is led by where it touches now: points from before hold it back.
                     *memory = Memory::default();
                 }
-                let first = self.contacts.contacts.len();
+                let (motion, first) = (motion.toward(gain), self.contacts.contacts.len());
                 query.find_guided(obstacle, surface, world, &motion, memory, &mut self.contacts, |found| {
                     if self.spec.choose_side && !self.only_vertices && self.hulls.is_empty() {
                         choose_sides(found, surface, &surface.points(world), self.spec.thickness, sides);
@@ -197,20 +199,19 @@ impl<'a> Run<'a> {
             }
             for (number, (shape, [now, later])) in (changing..).zip(animations.iter().zip(&moments)) {
                 let obstacle = Moving { now, later, time: 1.0 / self.spec.rate };
-                let motion = motion.toward(shape.max_speed());
+                let motion = motion.toward(shape.max_speed().max(gain));
                 let first = self.contacts.contacts.len();
                 query.find(&obstacle, surface, world, &motion, &mut self.contacts)?;
                 self.touching.add(index, number, &self.contacts.contacts[first..]);
             }
             let mine = body_of(surface);
-            for (number, (other, other_box)) in surfaces.iter().zip(&boxes).enumerate() {
+            for (number, other) in surfaces.iter().enumerate() {
                 let Some(id) = body_of(other).filter(|id| Some(*id) != mine) else { continue };
-                let (Some(a), Some(b)) = (&boxes[index], other_box) else { continue };
-                if (0..3).all(|axis| a.min[axis] <= b.max[axis] && b.min[axis] <= a.max[axis]) {
+                if struck[index].meets(&struck[number]) {
                     let obstacle = Carried { field: &fields[id as usize], id, body: &world.bodies[id as usize] };
                     let memory = self.memories.entry((index, obstacles.len() + id as usize)).or_default();
                     let first = self.contacts.contacts.len();
-                    let motion = motion.toward(other.max_speed(world));
+                    let motion = motion.toward(struck[number].speed.max(gain));
                     query.find_again(&obstacle, surface, world, &motion, memory, &mut self.contacts)?;
                     self.touching.add(index, number, &self.contacts.contacts[first..]);
                     let field = &fields[id as usize];
@@ -220,12 +221,13 @@ impl<'a> Run<'a> {
         }
         self.separations.push(surfaces, world, &mut self.contacts);
         for (cage, rest) in &self.cages {
-            let motion = motion.toward(cage.max_speed(world));
+            let speed = cage.max_speed(world);
             let found = cage.with_obstacle(rest, world, &mut self.cage_room, |obstacle| {
                 let skin = surfaces.iter().position(|surface| is_skin(surface, cage)).unwrap_or(surfaces.len());
                 surfaces.iter().enumerate().filter(|(index, _)| *index != skin).try_for_each(|(index, surface)| {
                     let query = Query { elements: elements(&self.query, self.only_vertices, surface), ..self.query };
-                    let first = self.contacts.contacts.len();
+                    let (motion, first) =
+                        (motion.toward(speed.max(struck[index].gain())), self.contacts.contacts.len());
                     query.find(obstacle, surface, world, &motion, &mut self.contacts)?;
                     self.touching.add(index, skin, &self.contacts.contacts[first..]);
                     Ok(())
@@ -233,12 +235,18 @@ impl<'a> Run<'a> {
             });
             found.transpose()?;
         }
+        let (substeps, threads, thickness) = (self.spec.substeps, self.query.threads, self.query.thickness);
+        if animations.is_empty() && self.hulls.is_empty() {
+            let near = HOLD * thickness;
+            let passing = Passing { world, surfaces, obstacles, fields, thickness, near, substeps, dt, threads };
+            passing.forget(&mut self.contacts)?;
+        }
         if !fields.is_empty() {
             self.contacts.sort_by_place();
         }
         self.figures.seconds.detect += clock.elapsed().as_secs_f64();
         let clock = Instant::now();
-        for _ in 0..self.spec.substeps {
+        for _ in 0..substeps {
             world.step(dt, self.contacts.rows());
         }
         self.figures.seconds.solve += clock.elapsed().as_secs_f64();
@@ -370,17 +378,11 @@ fn is_skin(surface: &Surface, cage: &CagedBody) -> bool {
     }
 }
 
-fn body_of(surface: &Surface) -> Option<u32> {
+pub(super) fn body_of(surface: &Surface) -> Option<u32> {
     match surface.carrier {
         Carrier::Body { id, .. } => Some(id),
         _ => None,
     }
-}
-
-/// The box that a surface may reach until the next search.
-fn reached_box(surface: &Surface, world: &World, motion: &Motion, thickness: f64) -> Option<Aabb> {
-    let reach = thickness + surface.max_speed(world) * motion.time + motion.fall;
-    surface.bounds(world).map(|bounds| bounds.inflate(reach))
 }
 
 fn distance_sq(a: &[f64; 3], b: &[f64; 3]) -> f64 {
