@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use sdf_field::Threads;
+use sdf_procedural::random::{Random, test_seed};
 use sdf_sim::scene::{self, Stage};
 
 use crate::V3;
@@ -62,5 +63,25 @@ fn a_body_that_is_struck_within_a_frame_stays_above_a_thin_floor() {
         let stage = ended(&format!("frames = 60\n{BOX}{upper}{BOX}{lower}{floor}"));
         let heights: Vec<f64> = stage.world.bodies.iter().map(|body| body.position.z).collect();
         assert!(heights[0] > heights[1] && heights[1] > 0.19, "{gap} {speed} {mass}: {heights:?}");
+    }
+}
+
+/// Each cube is about to hit the floor, 0.02 thick, or another cube within a frame: its contacts stay.
+#[test]
+fn a_fast_body_that_hits_within_a_frame_keeps_its_contacts() {
+    let floor = "[[obstacle]]\nshape = 'field = { shape = \"box\", half_extents = [5.0, 5.0, 0.01] }'\ntranslate = [0.0, 0.0, -0.01]\n";
+    let mut random = Random::new(test_seed(6));
+    for run in 0..12 {
+        let [x, y, z] = random.point_in_cube(180.0);
+        let speed = random.between(5.0, 20.0);
+        let start = format!(
+            "start = {{ translate = [0.0, 0.0, 1.5], turn = [{x:?}, {y:?}, {z:?}], velocity = [1.0, 0.0, {:?}], spin = [3.0, 0.0, 0.0] }}\n",
+            -speed
+        );
+        let below = if run % 2 == 0 { format!("{BOX}start.translate = [0.0, 0.0, 0.2021]\n") } else { String::new() };
+        let stage = ended(&format!("frames = 30\n{BOX}{start}{below}{floor}"));
+        for body in &stage.world.bodies {
+            assert!(body.position.z > 0.1, "{start}{below}: {:?}", body.position);
+        }
     }
 }
