@@ -144,8 +144,13 @@ impl Contacts {
             let pairs = key(a).into_iter().zip(key(b));
             pairs.map(|(a, b)| a.total_cmp(&b)).find(|order| order.is_ne()).unwrap_or(std::cmp::Ordering::Equal)
         });
-        self.contacts = order.iter().map(|index| self.contacts[*index]).collect();
-        self.rows.reorder(&order);
+        self.pick(&order);
+    }
+
+    /// Keeps the contacts with these indices, in this order, and their rows.
+    pub(crate) fn pick(&mut self, indices: &[usize]) {
+        self.contacts = indices.iter().map(|index| self.contacts[*index]).collect();
+        self.rows.pick(indices);
     }
 }
 

@@ -76,9 +76,9 @@ impl Rows {
         self.roundings.truncate(count);
     }
 
-    /// Puts the rows in another order: the first is the one with the index `order[0]`.
-    pub(crate) fn reorder(&mut self, order: &[usize]) {
-        self.rows = order.iter().map(|index| self.rows[*index]).collect();
-        self.roundings = order.iter().map(|index| self.roundings[*index]).collect();
+    /// Keeps the rows with these indices, in this order.
+    pub(crate) fn pick(&mut self, indices: &[usize]) {
+        self.rows = indices.iter().map(|index| self.rows[*index]).collect();
+        self.roundings = indices.iter().map(|index| self.roundings[*index]).collect();
     }
 }

@@ -8,6 +8,7 @@
 //! | Which shape has a closed form at a time? | `scene/animation` |
 //! | What does a smaller scene have fewer of? | `scene/shrink` |
 //! | How is it run, once or in many variants? | `scene/run`, `scene/vary` |
+//! | Who may strike whom within a frame, and who passes by? | `scene/struck`, `scene/passing` |
 //! | What is measured, and is it reached? | `scene/figures` |
 //! | Which things touch, and how far do normals turn? | `scene/touching` |
 //! | Which side does an entangled patch leave on? | `scene/entangled` |
@@ -20,10 +21,12 @@ mod check;
 mod entangled;
 mod figures;
 mod mesh_spec;
+mod passing;
 mod run;
 mod separate;
 mod shrink;
 mod spec;
+mod struck;
 mod touching;
 mod vary;
 
@@ -85,14 +88,18 @@ pub fn read(path: &Path) -> Result<SceneSpec, SceneError> {
 /// Reads a scene from its text. Errors show `name` in place of a path.
 #[inline]
 pub fn parse(text: &str, name: &str) -> Result<SceneSpec, SceneError> {
-    let at_line = |error: toml::de::Error| {
-        let line = error.span().map_or(1, |span| text[..span.start.min(text.len())].matches('\n').count() + 1);
-        invalid(name, format!("line {line}: {}", error.message().replace('\n', " ")))
+    let at_line = |(place, message): (usize, String)| {
+        let line = text[..place.min(text.len())].matches('\n').count() + 1;
+        invalid(name, format!("line {line}: {message}"))
     };
-    let mut spec: SceneSpec = toml::from_str(text).map_err(at_line)?;
-    let table: toml::Table = toml::from_str(text).map_err(at_line)?;
-    let checked = table.iter().try_for_each(|(key, value)| check::check_numbers(key, value));
-    checked.and_then(|()| spec.check()).map_err(|message| invalid(name, message))?;
+    let at_span = |error: toml::de::Error| {
+        at_line((error.span().map_or(0, |span| span.start), error.message().replace('\n', " ")))
+    };
+    let mut spec: SceneSpec = toml::from_str(text).map_err(at_span)?;
+    let table = toml::de::DeTable::parse(text).map_err(at_span)?;
+    let mut numbers = table.get_ref().iter();
+    numbers.try_for_each(|(key, value)| check::check_numbers(key.get_ref(), value)).map_err(at_line)?;
+    spec.check().map_err(|message| invalid(name, message))?;
     name.clone_into(&mut spec.name);
     Ok(spec)
 }

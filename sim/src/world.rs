@@ -263,7 +263,7 @@ impl World {
         self.x.iter().all(is_finite) && self.bodies.iter().all(|body| is_finite(&body.position))
     }
 
-    /// The largest speed of a particle or body.
+    /// The largest speed of a particle or of a body's center of mass. A [`Surface`](crate::Surface) knows how fast a body's farthest point is.
     pub fn max_speed(&self) -> f64 {
         let speeds = self.v.iter().chain(self.bodies.iter().map(|body| &body.velocity)).map(|v| v.norm());
         speeds.fold(0.0, f64::max)

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, anyhow, bail};
 use sdf_formats::atomic_write;
 use sdf_sim::record::{self, Recording};
-use sdf_sim::scene::{self, Outcome, SceneSpec, Stage};
+use sdf_sim::scene::{self, Figures, Outcome, SceneSpec, Stage};
 use serde_json::{Value, json};
 
 use crate::args::{MethodWord, SimulateArgs};
@@ -226,17 +226,17 @@ fn object(path: &Path, spec: &SceneSpec, method: &MethodWord, outcome: &Outcome)
 
 fn rows(spec: &SceneSpec, outcome: &Outcome) -> Vec<(&'static str, String)> {
     let figures = &outcome.worst;
-    let missed = outcome
-        .missed
-        .iter()
-        .map(|(name, [value, limit])| format!("{name}: {} and not {}", number(*value), number(*limit)));
+    let missed = outcome.missed.iter().map(|(name, [value, limit])| match value.is_nan() {
+        true => format!("{name}: not known"),
+        false => format!("{name}: {} and not {}", number(*value), number(*limit)),
+    });
     let missed: Vec<String> = missed.collect();
     let mut rows = vec![
         ("scene", spec.title.clone()),
         ("frames", format!("{}{}", figures.frames, if figures.finite { "" } else { ", then not finite" })),
         ("deep faces", format!("{}, deepest {}", figures.deep_faces, number(figures.deepest))),
         ("stretch", number(figures.stretch)),
-        ("at rest", format!("speed {}, moved by {}", number(figures.jitter), number(figures.drift))),
+        ("at rest", at_rest(figures)),
         ("energy gain", number(figures.energy_gain)),
         (
             "contacts",
@@ -250,6 +250,14 @@ fn rows(spec: &SceneSpec, outcome: &Outcome) -> Vec<(&'static str, String)> {
     rows.extend(outcome.warnings.iter().map(|line| ("warning", line.clone())));
     rows.push(("missed", if missed.is_empty() { "nothing".to_owned() } else { missed.join("; ") }));
     rows
+}
+
+/// Movement at the end; it takes two frames.
+fn at_rest(figures: &Figures) -> String {
+    match (figures.jitter, figures.drift) {
+        (Some(jitter), Some(drift)) => format!("speed {}, moved by {}", number(jitter), number(drift)),
+        _ => "not known: give at least two frames".to_owned(),
+    }
 }
 
 /// All scenes of a folder, by name.

@@ -204,7 +204,7 @@ impl Stage {
         let field = bake(name, mesh, spec.cells, threads, &mut self.warnings)?;
         let volume = soft::volume(&mesh.points, &mesh.triangles);
         if !(volume > 0.0 && volume.is_finite()) {
-            return Err(NO_VOLUME.to_owned());
+            return Err(why_no_volume(volume).to_owned());
         }
         let matter = soft::Matter { density: spec.density, young: spec.young, poisson: spec.poisson };
         // A cube whose center is farther than this has no point within the padding.
@@ -263,18 +263,31 @@ fn check_closed(mesh: &Mesh) -> Result<(), String> {
         None => Ok(()),
         Some((count, [from, to])) => Err(format!(
             "its mesh is open at {count} edges, one from {from:?} to {to:?}, and its mass is that of a closed one: \
-             close the mesh, or make it a cloth or an obstacle"
+             close the mesh, or make it a cloth"
         )),
     }
 }
 
-/// Message for a mesh that makes no body.
-const NO_VOLUME: &str = "its mesh encloses no volume: turn its faces outward";
+/// Why is this volume of a mesh not that of a body?
+fn why_no_volume(volume: f64) -> &'static str {
+    match volume {
+        0.0 => "its mesh encloses no volume: it is flat, or too small for f64: give a solid, or scale it",
+        _ if volume.is_finite() => "its mesh encloses no volume: turn its faces outward",
+        _ => "the volume of its mesh is beyond f64: scale it down",
+    }
+}
 
 fn why_no_body(spec: &RigidSpec, mesh: &Mesh) -> String {
+    if mesh.triangles.is_empty() {
+        return "its mesh has no triangles, and so no mass: give a closed mesh, or make lines a cloth".to_owned();
+    }
+    let volume = soft::volume(&mesh.points, &mesh.triangles);
     match Body::of_mesh(&mesh.points, &mesh.triangles, 1.0) {
         Some(_) => format!("mass = {:e}: its moments of inertia are beyond f64: give a mass nearer to 1", spec.mass),
-        None => NO_VOLUME.to_owned(),
+        None if volume > 0.0 && volume.is_finite() => {
+            "the moments of inertia of its mesh are beyond f64: scale it nearer to 1".to_owned()
+        }
+        None => why_no_volume(volume).to_owned(),
     }
 }
 
@@ -322,13 +335,39 @@ fn obstacle_field(
         (Some(mesh), _, _) => {
             let [x, y, z] = spec.translate;
             let mesh = mesh.mesh(folder)?.transformed(|point| [point[0] + x, point[1] + y, point[2] + z]);
+            warnings.extend(open_edges(&mesh).map(|(count, [from, to])| {
+                format!(
+                    "{name}: its mesh is open at {count} edges, one from {from:?} to {to:?}: others pass through it \
+                     where it has no inside: close the mesh"
+                )
+            }));
             return bake(name, &mesh, spec.cells, threads, warnings);
         }
         (_, Some(text), _) => closed_form(text)?,
-        (_, _, Some(file)) => Field::open(regular_file(folder, file)?).map_err(|error| error.to_string())?,
+        (_, _, Some(file)) => {
+            let field = Field::open(regular_file(folder, file)?).map_err(|error| error.to_string())?;
+            if has_thin_grid(field.as_any()) {
+                warnings.push(format!(
+                    "{name}: no node of its grid is inside the solid: it is thinner than a voxel, or its mesh is open: \
+                     others pass through it: bake a closed mesh with more cells"
+                ));
+            }
+            field
+        }
         _ => return Err("an obstacle is one of mesh, shape and file: give one of them".to_owned()),
     };
     translated(field, spec)
+}
+
+/// Is there a grid that no node is inside of? Offsets and shells make another solid of a grid, and are not looked into.
+fn has_thin_grid(field: &AnyField) -> bool {
+    match field {
+        AnyField::Grid(grid) => !Field::new(AnyField::Grid(grid.clone())).has_inside(),
+        AnyField::Placed(placed) => has_thin_grid(&placed.field),
+        AnyField::Stretched(placed) => has_thin_grid(&placed.field),
+        AnyField::Union(union) => union.parts().iter().any(has_thin_grid),
+        _ => false,
+    }
 }
 
 fn translated(field: Field, spec: &ObstacleSpec) -> Result<Field, String> {

@@ -2,6 +2,8 @@
 
 use sdf_core::contact::MAX_REDUCED;
 use sdf_procedural::{Bowl, Pot};
+use toml::Spanned;
+use toml::de::DeValue;
 
 use super::mesh_spec::MeshSpec;
 use super::run::ElementMethod;
@@ -215,14 +217,21 @@ fn is_not_negative(name: &str, value: f64) -> Result<(), String> {
 /// Largest number of a scene: sums and squares of such numbers are finite.
 const MAX_NUMBER: f64 = 1e100;
 
-/// Refuses `nan`, `inf` and what is beyond all measure, which TOML allows.
-pub(super) fn check_numbers(key: &str, value: &toml::Value) -> Result<(), String> {
-    match value {
-        toml::Value::Float(number) if number.is_nan() || number.abs() > MAX_NUMBER => {
-            Err(format!("{key} = {number}: give a number of at most {MAX_NUMBER:e}"))
+/// Refuses `nan`, `inf` and what is beyond all measure, which TOML allows. An error has its place in the text.
+pub(super) fn check_numbers(key: &str, value: &Spanned<DeValue>) -> Result<(), (usize, String)> {
+    match value.get_ref() {
+        DeValue::Float(number) => {
+            let number: f64 = number.as_str().parse().unwrap_or(f64::NAN);
+            match number.abs() <= MAX_NUMBER {
+                true => Ok(()),
+                false => {
+                    let message = format!("{key} = {number}: give a number of at most {MAX_NUMBER:e}");
+                    Err((value.span().start, message))
+                }
+            }
         }
-        toml::Value::Array(values) => values.iter().try_for_each(|value| check_numbers(key, value)),
-        toml::Value::Table(table) => table.iter().try_for_each(|(key, value)| check_numbers(key, value)),
+        DeValue::Array(values) => values.iter().try_for_each(|value| check_numbers(key, value)),
+        DeValue::Table(table) => table.iter().try_for_each(|(key, value)| check_numbers(key.get_ref(), value)),
         _ => Ok(()),
     }
 }

@@ -20,12 +20,13 @@ pub struct Figures {
     pub deepest: f64,
     /// Longest edge of a sheet, a net or strings at the end over its length at rest; at least 1.
     pub stretch: f64,
-    /// Root mean square of displacement · rate of all vertices in the last half unit of time.
-    pub jitter: f64,
-    /// Largest displacement of a vertex in the last half unit of time.
-    pub drift: f64,
-    /// Largest turn of the normal of a contact that presses, within a frame of the last half unit of time, in degrees.
-    pub turn: f64,
+    /// Root mean square of displacement · rate of all vertices in the last half unit of time, or between the last two frames where there
+    /// are fewer in it; `None` if the run has no two frames there.
+    pub jitter: Option<f64>,
+    /// Largest displacement of a vertex in the same time.
+    pub drift: Option<f64>,
+    /// Largest turn of the normal of a contact that presses, within a frame of the same time, in degrees.
+    pub turn: Option<f64>,
     /// Deep faces at the start, where the scene varies seeds.
     pub deep_at_start: usize,
     /// Most that the energy exceeds the start, over the largest loss of energy.
@@ -39,7 +40,7 @@ pub struct Figures {
     pub beyond: usize,
     /// The smallest det F of all frames; 1 without soft bodies.
     pub volume: f64,
-    /// The largest speed of all frames.
+    /// The largest speed of all frames; of a rigid body that of its fastest point, at most: |v| + |ω| · (farthest vertex).
     pub max_speed: f64,
     /// Contacts of the last frame.
     pub contacts: usize,
@@ -61,15 +62,15 @@ pub struct Seconds {
 }
 
 impl Figures {
-    /// Figures that are wanted and missed: name, value and limit.
+    /// Figures that are wanted and missed: name, value and limit. A value that is not known is missed, as NaN.
     pub fn missed(&self, reach: &Reach) -> BTreeMap<&'static str, [f64; 2]> {
         let at_most = [
             ("deep_faces", self.deep_faces as f64, reach.deep_faces.map(|count| count as f64)),
             ("deepest", self.deepest, reach.deepest),
             ("stretch", self.stretch, reach.stretch),
-            ("jitter", self.jitter, reach.jitter),
-            ("drift", self.drift, reach.drift),
-            ("turn", self.turn, reach.turn),
+            ("jitter", self.jitter.unwrap_or(f64::NAN), reach.jitter),
+            ("drift", self.drift.unwrap_or(f64::NAN), reach.drift),
+            ("turn", self.turn.unwrap_or(f64::NAN), reach.turn),
             ("energy_gain", self.energy_gain, reach.energy_gain),
             ("momentum_error", self.momentum_error.unwrap_or(0.0), reach.momentum_error),
             ("beyond", self.beyond as f64, reach.beyond.map(|count| count as f64)),
@@ -121,9 +122,9 @@ impl Figures {
             deep_faces: self.deep_faces.max(other.deep_faces),
             deepest: max(self.deepest, other.deepest),
             stretch: max(self.stretch, other.stretch),
-            jitter: max(self.jitter, other.jitter),
-            drift: max(self.drift, other.drift),
-            turn: max(self.turn, other.turn),
+            jitter: self.jitter.zip(other.jitter).map(|(a, b)| max(a, b)),
+            drift: self.drift.zip(other.drift).map(|(a, b)| max(a, b)),
+            turn: self.turn.zip(other.turn).map(|(a, b)| max(a, b)),
             deep_at_start: self.deep_at_start.max(other.deep_at_start),
             energy_gain: max(self.energy_gain, other.energy_gain),
             momentum_error: self.momentum_error.zip(other.momentum_error).map(|(a, b)| max(a, b)),

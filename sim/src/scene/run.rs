@@ -4,15 +4,17 @@ use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::time::Instant;
 
+use sdf_core::AnyField;
 use sdf_core::cage::CageMap;
 use sdf_core::combine::Shell;
-use sdf_core::{Aabb, AnyField};
 use sdf_field::{Field, Method, QueryError, Threads};
 
 use super::build::Stage;
 use super::figures::Figures;
+use super::passing::Passing;
 use super::separate::Separations;
 use super::spec::SceneSpec;
+use super::struck::Struck;
 use super::touching::Touching;
 use crate::caged::{CageAtRest, CageRoom, CagedBody};
 use crate::motion::Motion;
@@ -174,9 +176,9 @@ impl<'a> Run<'a> {
         let Stage { world, surfaces, obstacles, animations, fields, time, .. } = stage;
         let moments: Vec<[Field; 2]> =
             animations.iter().map(|shape| [*time, *time + 1.0 / self.spec.rate].map(|time| shape.at(time))).collect();
-        let boxes: Vec<Option<Aabb>> =
-            surfaces.iter().map(|surface| reached_box(surface, world, &motion, self.query.thickness)).collect();
+        let struck = Struck::all(surfaces, world, &motion, self.query.thickness);
         for (index, surface) in surfaces.iter().enumerate() {
+            let gain = struck[index].gain();
             let query = Query { elements: elements(&self.query, self.only_vertices, surface), ..self.query };
             let obstacles = if self.hulls.is_empty() { &*obstacles } else { &self.hulls };
             let changing = surfaces.len() + obstacles.len();
@@ -187,7 +189,7 @@ impl<'a> Run<'a> {
                     // A patch is led by where it touches now: points from before hold it back.
                     *memory = Memory::default();
                 }
-                let first = self.contacts.contacts.len();
+                let (motion, first) = (motion.toward(gain), self.contacts.contacts.len());
                 query.find_guided(obstacle, surface, world, &motion, memory, &mut self.contacts, |found| {
                     if self.spec.choose_side && !self.only_vertices && self.hulls.is_empty() {
                         choose_sides(found, surface, &surface.points(world), self.spec.thickness, sides);
@@ -197,20 +199,19 @@ impl<'a> Run<'a> {
             }
             for (number, (shape, [now, later])) in (changing..).zip(animations.iter().zip(&moments)) {
                 let obstacle = Moving { now, later, time: 1.0 / self.spec.rate };
-                let motion = motion.toward(shape.max_speed());
+                let motion = motion.toward(shape.max_speed().max(gain));
                 let first = self.contacts.contacts.len();
                 query.find(&obstacle, surface, world, &motion, &mut self.contacts)?;
                 self.touching.add(index, number, &self.contacts.contacts[first..]);
             }
             let mine = body_of(surface);
-            for (number, (other, other_box)) in surfaces.iter().zip(&boxes).enumerate() {
+            for (number, other) in surfaces.iter().enumerate() {
                 let Some(id) = body_of(other).filter(|id| Some(*id) != mine) else { continue };
-                let (Some(a), Some(b)) = (&boxes[index], other_box) else { continue };
-                if (0..3).all(|axis| a.min[axis] <= b.max[axis] && b.min[axis] <= a.max[axis]) {
+                if struck[index].meets(&struck[number]) {
                     let obstacle = Carried { field: &fields[id as usize], id, body: &world.bodies[id as usize] };
                     let memory = self.memories.entry((index, obstacles.len() + id as usize)).or_default();
                     let first = self.contacts.contacts.len();
-                    let motion = motion.toward(other.max_speed(world));
+                    let motion = motion.toward(struck[number].speed.max(gain));
                     query.find_again(&obstacle, surface, world, &motion, memory, &mut self.contacts)?;
                     self.touching.add(index, number, &self.contacts.contacts[first..]);
                     let field = &fields[id as usize];
@@ -220,12 +221,13 @@ impl<'a> Run<'a> {
         }
         self.separations.push(surfaces, world, &mut self.contacts);
         for (cage, rest) in &self.cages {
-            let motion = motion.toward(cage.max_speed(world));
+            let speed = cage.max_speed(world);
             let found = cage.with_obstacle(rest, world, &mut self.cage_room, |obstacle| {
                 let skin = surfaces.iter().position(|surface| is_skin(surface, cage)).unwrap_or(surfaces.len());
                 surfaces.iter().enumerate().filter(|(index, _)| *index != skin).try_for_each(|(index, surface)| {
                     let query = Query { elements: elements(&self.query, self.only_vertices, surface), ..self.query };
-                    let first = self.contacts.contacts.len();
+                    let (motion, first) =
+                        (motion.toward(speed.max(struck[index].gain())), self.contacts.contacts.len());
                     query.find(obstacle, surface, world, &motion, &mut self.contacts)?;
                     self.touching.add(index, skin, &self.contacts.contacts[first..]);
                     Ok(())
@@ -233,12 +235,18 @@ impl<'a> Run<'a> {
             });
             found.transpose()?;
         }
+        let (substeps, threads, thickness) = (self.spec.substeps, self.query.threads, self.query.thickness);
+        if animations.is_empty() && self.hulls.is_empty() {
+            let near = HOLD * thickness;
+            let passing = Passing { world, surfaces, obstacles, fields, thickness, near, substeps, dt, threads };
+            passing.forget(&mut self.contacts)?;
+        }
         if !fields.is_empty() {
             self.contacts.sort_by_place();
         }
         self.figures.seconds.detect += clock.elapsed().as_secs_f64();
         let clock = Instant::now();
-        for _ in 0..self.spec.substeps {
+        for _ in 0..substeps {
             world.step(dt, self.contacts.rows());
         }
         self.figures.seconds.solve += clock.elapsed().as_secs_f64();
@@ -251,18 +259,19 @@ impl<'a> Run<'a> {
         figures.frames = frame;
         figures.finite = world.is_finite();
         figures.volume = figures.volume.min(world.min_volume_ratio());
-        figures.max_speed = figures.max_speed.max(world.max_speed());
+        let speeds = surfaces.iter().map(|surface| surface.max_speed(world));
+        figures.max_speed = speeds.fold(figures.max_speed.max(world.max_speed()), f64::max);
         let energy = world.energy();
         self.energy = [self.energy[0], self.energy[1].max(energy), self.energy[2].min(energy)];
-        // Half a unit of time before the end, and from then on.
-        if f64::from(self.spec.frames - frame) <= 0.5 * self.spec.rate {
+        // Half a unit of time before the end, or one frame, and from then on.
+        if f64::from(self.spec.frames - frame) <= (0.5 * self.spec.rate).max(1.0) {
             let points: Vec<_> = surfaces.iter().flat_map(|surface| surface.points(world)).collect();
             if self.settled.is_empty() {
                 self.settled.clone_from(&points);
             } else {
                 self.squares.0 += points.iter().zip(&self.before).map(|(a, b)| distance_sq(a, b)).sum::<f64>();
                 self.squares.1 += points.len();
-                figures.turn = figures.turn.max(self.touching.turned());
+                figures.turn = Some(self.touching.turned().max(figures.turn.unwrap_or(0.0)));
             }
             self.before = points;
         }
@@ -327,8 +336,10 @@ impl<'a> Run<'a> {
         let figures = &mut self.figures;
         let stretches = stage.surfaces.iter().map(|surface| surface.max_stretch(world, &self.start));
         figures.stretch = stretches.fold(1.0, f64::max);
-        figures.jitter = self.spec.rate * (self.squares.0 / self.squares.1.max(1) as f64).sqrt();
-        figures.drift = self.settled.iter().zip(&points).map(|(a, b)| distance_sq(a, b).sqrt()).fold(0.0, f64::max);
+        // A turn is known where two frames are.
+        let drift = self.settled.iter().zip(&points).map(|(a, b)| distance_sq(a, b).sqrt()).fold(0.0, f64::max);
+        figures.jitter = figures.turn.map(|_| self.spec.rate * (self.squares.0 / self.squares.1.max(1) as f64).sqrt());
+        figures.drift = figures.turn.map(|_| drift);
         figures.energy_gain = Figures::energy_gain(self.energy, self.start.kinetic_energy());
         // What holds a pin is not known.
         let has_pins = world.inv_mass.contains(&0.0);
@@ -367,17 +378,11 @@ fn is_skin(surface: &Surface, cage: &CagedBody) -> bool {
     }
 }
 
-fn body_of(surface: &Surface) -> Option<u32> {
+pub(super) fn body_of(surface: &Surface) -> Option<u32> {
     match surface.carrier {
         Carrier::Body { id, .. } => Some(id),
         _ => None,
     }
-}
-
-/// The box that a surface may reach until the next search.
-fn reached_box(surface: &Surface, world: &World, motion: &Motion, thickness: f64) -> Option<Aabb> {
-    let reach = thickness + surface.max_speed(world) * motion.time + motion.fall;
-    surface.bounds(world).map(|bounds| bounds.inflate(reach))
 }
 
 fn distance_sq(a: &[f64; 3], b: &[f64; 3]) -> f64 {

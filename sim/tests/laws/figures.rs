@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use sdf_field::Threads;
-use sdf_sim::scene::{self, Figures, Stage};
+use sdf_sim::scene::{self, Figures, Reach, Stage};
 
 use crate::V3;
 
@@ -60,7 +60,7 @@ fn what_changes_and_what_is_soft_counts_among_pairs_that_touch() {
     }
     // The sheet bends over the ball.
     let (figures, _) = measured(&format!("frames = 20\n{shared}{sheet}{ball}"));
-    assert!(figures.turn > 0.01, "{}", figures.turn);
+    assert!(figures.turn.unwrap() > 0.01, "{:?}", figures.turn);
 }
 
 /// Two boxes that touch turn as one, by 0.48 degrees in a frame.
@@ -71,5 +71,35 @@ fn normals_between_rigid_bodies_turn_too() {
                  velocity = [0.0, -0.155, 0.0] }\n";
     let (figures, _) = measured(&format!("frames = 3\nthickness = 0.01\ngravity = [0.0, 0.0, 0.0]\n{boxes}"));
     assert_eq!(figures.pairs, 1);
-    assert!((0.4..0.6).contains(&figures.turn), "{}", figures.turn);
+    assert!((0.4..0.6).contains(&figures.turn.unwrap()), "{:?}", figures.turn);
+}
+
+/// A box that flies at a speed of 2 past nothing: at 60 frames, and at less than one, in a unit of time.
+#[test]
+fn what_moves_at_the_end_is_known_from_two_frames_on() {
+    let flying = |rate: f64, frames: u32| {
+        let body = "[[rigid]]\nmesh.cuboid = { half = [0.1, 0.1, 0.1] }\nstart.velocity = [2.0, 0.0, 0.0]\n";
+        let (figures, _) =
+            measured(&format!("frames = {frames}\nrate = {rate}\nsubsteps = 1\ngravity = [0.0, 0.0, 0.0]\n{body}"));
+        let reach = Reach { jitter: Some(1.0), drift: Some(0.01), turn: Some(1.0), ..Reach::default() };
+        let missed: Vec<&str> = figures.missed(&reach).into_keys().collect();
+        (figures.jitter, figures.drift, figures.turn, missed)
+    };
+    let is_near = |value: Option<f64>, wanted: f64| (value.unwrap() - wanted).abs() < 1e-9;
+    for (rate, frames, drift) in [(60.0, 90, 1.0), (60.0, 2, 2.0 / 60.0), (1.0, 3, 2.0), (0.5, 2, 4.0), (2.5, 9, 0.8)] {
+        let (jitter, moved, turn, missed) = flying(rate, frames);
+        assert!(is_near(jitter, 2.0) && is_near(moved, drift), "{rate} {frames}: {jitter:?} {moved:?}");
+        assert_eq!((turn, missed), (Some(0.0), vec!["drift", "jitter"]), "{rate} {frames}");
+    }
+    for rate in [60.0, 1.0] {
+        assert_eq!(flying(rate, 1), (None, None, None, vec!["drift", "jitter", "turn"]), "{rate}");
+    }
+}
+
+/// The corners of the box are at a distance of 0.3 from its middle.
+#[test]
+fn the_largest_speed_is_that_of_a_body_with_its_spin() {
+    let body = "[[rigid]]\nmesh.cuboid = { half = [0.2, 0.2, 0.1] }\nstart = { velocity = [2.0, 0.0, 0.0], spin = [0.0, 0.0, 10.0] }\n";
+    let (figures, _) = measured(&format!("frames = 2\ngravity = [0.0, 0.0, 0.0]\n{body}"));
+    assert!((figures.max_speed - 5.0).abs() < 1e-9, "{}", figures.max_speed);
 }

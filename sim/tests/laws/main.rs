@@ -1,6 +1,6 @@
 //! Laws of the simulator: free motion, sliding and rolling friction, walls, sheets at rest, stiff, entangled or split ones, soft
-//! bodies, also those that carry a sheet, two bodies exchanged, rigid surfaces that are remembered, overlaps undone, boxes that stand
-//! on each other, messages of scenes and refusals, figures, recordings.
+//! bodies, also those that carry a sheet, two bodies exchanged, bodies that pass by or are struck, rigid surfaces that are
+//! remembered, overlaps undone, boxes that stand on each other, messages of scenes and refusals, figures, recordings.
 
 mod caged;
 mod contacts;
@@ -8,6 +8,7 @@ mod entangled;
 mod figures;
 mod messages;
 mod motion;
+mod passing;
 mod recordings;
 mod recovery;
 mod reduce;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use sdf_field::Threads;
+use sdf_field::{BakeOptions, Field, GridSize, MeshView, Threads};
 use sdf_sim::scene::{self, Stage};
 
 /// Builds a scene of these tables; the message that refuses it.
@@ -24,6 +24,84 @@ fn a_body_is_told_by_its_number_from_one_on_and_by_what_is_wrong() {
     assert_eq!(pinned, "my.toml: cloth 2: it has no vertex 9 to pin: it has 9, from 0 on");
     let lost = refused("[[cloth]]\nmesh.file = \"none.obj\"\n");
     assert!(lost.starts_with("my.toml: cloth 1: ") && lost.contains("none.obj"), "{lost}");
+}
+
+/// Builds a scene of obstacles with files in this folder; its warnings.
+fn warned(obstacles: &str, folder: &Path) -> Vec<String> {
+    let spec = scene::parse(&format!("title = \"all\"\nframes = 1\n{obstacles}"), "my.toml").unwrap();
+    Stage::build(&spec, folder, Threads::ONE).unwrap().warnings
+}
+
+/// Slabs 0.01 and 0.5 thick, with voxels of 1/32: by themselves, placed, and beside a ball.
+#[test]
+fn a_grid_file_without_an_inside_is_warned_of() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    let grid = |half: f64, file: &str| {
+        let slab = sdf_procedural::Cuboid { half: [1.0, 1.0, half] }.mesh();
+        let view = MeshView { points: &slab.points, faces: &slab.triangles };
+        let options = BakeOptions { size: GridSize::Cells(64), ..BakeOptions::default() };
+        Field::bake(view, &options).unwrap().field.save(folder.join(file)).unwrap();
+    };
+    grid(0.005, "thin.sdf.h5");
+    grid(0.25, "thick.sdf.h5");
+    let placed = |file: &str| format!("shape = 'grid'\nfile = '{file}'\npose.translation = [0.0, 0.0, 1.0]\n");
+    let pair = |file: &str| {
+        format!("shape = 'union'\n[[field.of]]\nshape = 'sphere'\nradius = 0.1\n[[field.of]]\n{}", placed(file))
+    };
+    for (file, is_thin) in [("thin.sdf.h5", true), ("thick.sdf.h5", false)] {
+        std::fs::write(folder.join("placed.sdf.toml"), format!("[field]\n{}", placed(file))).unwrap();
+        std::fs::write(folder.join("pair.sdf.toml"), format!("[field]\n{}", pair(file))).unwrap();
+        for name in [file, "placed.sdf.toml", "pair.sdf.toml"] {
+            let warnings = warned(&format!("[[obstacle]]\nfile = '{name}'\n"), folder);
+            let wanted = "obstacle 1: no node of its grid is inside the solid: it is thinner than a voxel, or its mesh is open: \
+                          others pass through it: bake a closed mesh with more cells";
+            assert_eq!(warnings, if is_thin { vec![wanted.to_owned()] } else { vec![] }, "{name} of {file}");
+        }
+    }
+}
+
+#[test]
+fn an_obstacle_of_an_open_mesh_is_warned_of() {
+    let sheet = "mesh.sheet = { cells = [2, 1], size = [2.0, 1.0], height = 0.0, bend = 0.0, floor = 0.0 }\n";
+    let solid = "[[obstacle]]\nmesh.cuboid = { half = [0.5, 0.5, 0.5] }\ncells = 8\n";
+    let warnings = warned(&format!("{solid}[[obstacle]]\n{sheet}cells = 8\n"), Path::new("."));
+    assert_eq!(warnings.len(), 1, "{warnings:?}");
+    assert!(warnings[0].starts_with("obstacle 2: its mesh is open at 6 edges, one from ["), "{warnings:?}");
+    assert!(warnings[0].ends_with("others pass through it where it has no inside: close the mesh"), "{warnings:?}");
+}
+
+#[test]
+fn a_mesh_that_makes_no_body_is_refused_by_its_cause() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    let of_file = |name: &str, text: &str| {
+        std::fs::write(folder.join(name), text).unwrap();
+        let spec = format!("title = \"all\"\nframes = 1\n[[rigid]]\nmesh.file = \"{name}\"\ncells = 8\n");
+        let spec = scene::parse(&spec, "my.toml").unwrap();
+        Stage::build(&spec, folder, Threads::ONE).map_or_else(|error| error.to_string(), |_| String::new())
+    };
+    let solid = |size: f64| {
+        let points = [[0.0, 0.0, 0.0], [size, 0.0, 0.0], [0.0, size, 0.0], [0.0, 0.0, size]];
+        let points: String = points.iter().map(|[x, y, z]| format!("v {x:e} {y:e} {z:e}\n")).collect();
+        points + "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+    };
+    assert_eq!(of_file("solid.obj", &solid(1.0)), "");
+    let lines = "its mesh has no triangles, and so no mass: give a closed mesh, or make lines a cloth";
+    let large = "the volume of its mesh is beyond f64: scale it down";
+    let heavy = "the moments of inertia of its mesh are beyond f64: scale it nearer to 1";
+    let flat = "its mesh encloses no volume: it is flat, or too small for f64: give a solid, or scale it";
+    let inverted = solid(1.0).replace("f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4", "f 1 2 3\nf 1 4 2\nf 1 3 4\nf 2 4 3");
+    for (name, text, wanted) in [
+        ("lines.obj", "v 0 0 0\nv 1 0 0\nl 1 2\n".to_owned(), lines),
+        ("points.obj", "v 0 0 0\nv 1 0 0\n".to_owned(), lines),
+        ("large.obj", solid(1e120), large),
+        ("heavy.obj", solid(1e80), heavy),
+        ("small.obj", solid(1e-120), flat),
+        ("inverted.obj", inverted, "its mesh encloses no volume: turn its faces outward"),
+    ] {
+        assert_eq!(of_file(name, &text), format!("my.toml: rigid 1: {wanted}"), "{name}");
+    }
+    let rope = "[[rigid]]\nmesh.rope = { strands = 2, edges = 4, length = 1.0, radius = 0.1, turns = 0.0, height = 0.0, bend = 0.0 }\n";
+    assert_eq!(refused(rope), format!("my.toml: rigid 1: {lines}"));
 }
 
 #[test]

@@ -52,6 +52,24 @@ fn limits_that_no_run_reaches_are_refused_by_their_key() {
 }
 
 #[test]
+fn a_number_beyond_all_measure_is_refused_by_its_line() {
+    let body = "[[rigid]]\nmesh.cuboid = { half = [0.1, 0.1, 0.1] }\nmass = 2.0\n";
+    for (tables, wanted) in [
+        (
+            format!("{body}start = {{ spin = [0.0,\n  nan, 0.0] }}\n"),
+            "line 7: spin = NaN: give a number of at most 1e100",
+        ),
+        (format!("{body}{}", body.replace("2.0", "1e101")), "line 8: mass = 1"),
+        ("drag = -inf\n".to_owned(), "line 3: drag = -inf: give a number"),
+        ("gravity = [0.0, 0.0, +nan]\n".to_owned(), "line 3: gravity = NaN: give a number"),
+    ] {
+        let refused = parsed(&tables).unwrap_err().to_string();
+        assert!(refused.starts_with(&format!("my.toml: {wanted}")), "{refused}");
+    }
+    assert!(parsed("gravity = [0.0, -1_0.0e+99, 1e-300]\n").is_ok());
+}
+
+#[test]
 fn counts_below_those_of_the_document_are_refused_by_their_key() {
     let meshes = [
         ("serpent = { rings = 4, slices = 4, spine = 0.1, every = 2 }", vec!["rings", "slices", "every"]),
