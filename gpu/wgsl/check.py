@@ -37,6 +37,8 @@ SAME_WEIGHT = 1e-4
 MIN_SAME = 0.9
 # Share of statuses and evaluations that may differ there: a search that met its condition in one precision and not in the other.
 MAX_WRONG_STATUS = 0.1
+# Evaluations.
+MAX_LATER = 3
 # Angle between normals at the same point, and distance between surface points in diagonals.
 MAX_ANGLE_DEG = 0.1
 # Operations of a field evaluation that round, as in core/src/rounding.rs.
@@ -196,8 +198,10 @@ def check_records(case, found, expected):
     for name, bound in ("surface_point", BOUND * case.grid.diagonal), ("slope", 1e-3):
         error = np.abs(found[name][at] - np.array([expected[k][name] for k in at])).max()
         require(case, error <= bound, f"{name} differs by {error:.1e}, more than {bound:.1e}")
-    stop = [(status(found[k]), found["status"][k] >> host.EVALUATIONS_SHIFT) for k in at]
-    wrong = sum(ours != (expected[k]["status"], expected[k]["evaluations"]) for k, ours in zip(at, stop))
+    # Where the steps of projected gradient descent are short enough to end, rounding decides: some sooner, some later.
+    slack = MAX_LATER if case.method == "projected_gradient" else 0
+    later = [int(found["status"][k] >> host.EVALUATIONS_SHIFT) - expected[k]["evaluations"] for k in at]
+    wrong = sum(status(found[k]) != expected[k]["status"] or abs(n) > slack for k, n in zip(at, later))
     require(case, wrong <= MAX_WRONG_STATUS * len(at), f"{wrong} of {len(at)} statuses or evaluations differ")
     # Weights about FEATURE_WEIGHT are on either side of it.
     clear = at[(np.abs(found["weights"][at] - 1e-3) > SAME_WEIGHT).all(1)]
