@@ -5,7 +5,7 @@
 //! |---|---|---|
 //! | [`Certified`] | the global minimum, with a proven lower bound | `certified` |
 //! | [`AllMinima`] | every isolated minimum | `all_minima` |
-//! | [`Newton`] | a local minimum, in the fewest evaluations | `newton`, `cuts`, `curvature` |
+//! | [`Newton`] | a local minimum, on faces more often the lowest | `newton`, `cuts`, `curvature` |
 //! | [`ProjectedGradient`] | a local minimum, in the shortest time on fields that are cheap to evaluate | `projected_gradient` |
 //! | [`FrankWolfe`], [`GoldenSection`] | a local minimum | one each |
 //! | [`PointSampling`] | the lowest of fixed points | `point_sampling` |
@@ -51,7 +51,7 @@ use crate::{EnclosedSdf, Sample, Simplex, Status};
 /// ```
 pub trait Minimizer<const N: usize> {
     /// `true` if several simplices in SIMD lanes ([`Lanes`](crate::Lanes)) run faster than one at a time: so for
-    /// fixed-step methods, not for adaptive ones, whose lanes wait for the slowest.
+    /// methods whose steps are alike and cheap, not for those that branch, whose lanes wait for the slowest.
     const LOCKSTEP: bool = false;
 
     /// `true` if the search of one simplex gains from SIMD instructions itself, so that it pays to compile it for wide

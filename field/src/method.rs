@@ -15,7 +15,7 @@ pub enum Method {
     FrankWolfe,
     /// Projected gradient descent: the fastest; a local minimum.
     ProjectedGradient,
-    /// Newton's method between cutting planes: a local minimum in the fewest evaluations.
+    /// Newton's method between cutting planes: a local minimum, on faces more often the lowest.
     Newton,
     /// Golden-section search, on edges alone.
     GoldenSection,

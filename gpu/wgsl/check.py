@@ -38,7 +38,7 @@ MIN_SAME = 0.9
 # Share of statuses and evaluations that may differ there: a search that met its condition in one precision and not in the other.
 MAX_WRONG_STATUS = 0.1
 # Evaluations.
-MAX_LATER = 3
+MAX_LATER = 1
 # Angle between normals at the same point, and distance between surface points in diagonals.
 MAX_ANGLE_DEG = 0.1
 # Operations of a field evaluation that round, as in core/src/rounding.rs.

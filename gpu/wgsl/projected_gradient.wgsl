@@ -2,7 +2,7 @@
 // et al. 2020, §3.1): w ← ℙ(w − α ∂φ/∂w), with ℙ the projection to barycentric weights and α by the last step s and the change y of
 // ∂φ/∂w along it, s·s / s·y (Barzilai and Borwein 1988). A step that ends no lower is taken back to where the tangents at its ends meet.
 
-/// Converged when the tangent falls by at most this fraction of longest edge · slope bound.
+/// Converged when the next step falls by at most this fraction of longest edge · slope bound, by the tangents before it.
 const TOLERANCE = 1e-6;
 /// Largest α, over that with which no weight changes by more than 1, and its largest growth in a step.
 const MAX_RATE = 64.0;
@@ -33,15 +33,20 @@ fn minimize(element: Element) -> Minimum {
         let is_curved = square < curvature * unit * MAX_RATE;
         let inverse = 1.0 / select(1.0, curvature, is_curved);
         let max_rate = select(rate * 0.5, min(unit * MAX_RATE, rate * MAX_GROWTH), is_kept);
-        rate = select(max_rate, min(max_rate, square * inverse), is_curved);
+        let is_known = is_curved && square * inverse < max_rate;
+        rate = select(max_rate, square * inverse, is_known);
 
         let meeting = (trial_slope - (trial.sample.value - best.sample.value)) * inverse;
         let crease = clamp(select(0.5, meeting, is_curved), MIN_FRACTION, 1.0 - MIN_FRACTION);
         let level = clamp(select(0.5, -slope * inverse, is_curved), 0.0, 1.0);
         let from_slopes = slopes + (trial_slopes - slopes) * select(level, 1.0, is_kept);
         let from_weights = best.weights + step * select(crease, 1.0, is_kept);
+        let next = project_weights(element, from_weights - from_slopes * rate);
+        let to_next = dot(from_weights - next, from_slopes);
         let min_slope = min(from_slopes.x, min(from_slopes.y, from_slopes.z));
-        let fall = select(-slope * crease, dot(from_weights, from_slopes) - min_slope, is_kept);
+        // While α grows, the next step is no measure: the element is.
+        let of_kept = select(dot(from_weights, from_slopes) - min_slope, to_next, is_known);
+        let fall = select(to_next - slope * crease, of_kept, is_kept);
         if is_kept {
             best.sample = trial.sample;
             best.weights = trial.weights;
@@ -51,7 +56,7 @@ fn minimize(element: Element) -> Minimum {
             best.is_converged = true;
             return best;
         }
-        trial = evaluate_weights(element, project_weights(element, from_weights - from_slopes * rate));
+        trial = evaluate_weights(element, next);
         best.evaluations += 1u;
     }
     if trial.sample.value < best.sample.value {

@@ -256,7 +256,7 @@ fn rows(spec: &SceneSpec, outcome: &Outcome) -> Vec<(&'static str, String)> {
 fn at_rest(figures: &Figures) -> String {
     match (figures.jitter, figures.drift) {
         (Some(jitter), Some(drift)) => format!("speed {}, moved by {}", number(jitter), number(drift)),
-        _ => "not known: give at least two frames".to_owned(),
+        _ => "not known: fewer than two frames at the end".to_owned(),
     }
 }
 

@@ -31,9 +31,8 @@ use crate::{EnclosedSdf, Simplex};
 ///
 /// The first two end exactly on an edge if the minimum is there. The corners come first.
 ///
-/// It misses the fewest minima of all local methods here, and its steps cost the most: on triangles as much as
-/// several evaluations of a box or a dense grid. Use it for fields that are expensive to evaluate, or on segments, where its
-/// steps are cheap. Use [`ProjectedGradient`](super::ProjectedGradient) for many triangles on
+/// On triangles it misses the fewest minima of all local methods here, and its steps cost the most: as much as
+/// several evaluations of a box or a dense grid. Use [`ProjectedGradient`](super::ProjectedGradient) for many triangles on
 /// a cheap field. It is a local method: it can end in a higher one of several minima, though less often than
 /// the others.
 #[derive(Clone, Copy, Debug, PartialEq)]

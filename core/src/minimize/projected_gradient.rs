@@ -129,7 +129,8 @@ impl<const N: usize> LaneKernel for SteepestCorner<N> {
         let mut steepest = (corner_weights::<R, N>(0), [values[0]], gradients[0]);
         let mut min_slope = slopes[0];
         for corner in 1..N {
-            let is_lower = slopes[corner].lt(min_slope);
+            // A corner whose value is NaN is no trial.
+            let is_lower = slopes[corner].lt(min_slope) & values[corner].le(values[corner]);
             for k in 0..N {
                 let weight = if k == corner { R::one() } else { R::zero() };
                 steepest.0[k] = R::select(is_lower, weight, steepest.0[k]);

@@ -1,5 +1,5 @@
-//! How fast may a surface become within a frame? As fast as the fastest of those that may strike it, directly or through others: nothing
-//! rebounds.
+//! How fast may a surface become within a frame? About as fast as the fastest of those that may strike it, directly or through others: nothing
+//! rebounds, but what is struck beside its center turns, and its far end is faster.
 
 use sdf_core::Aabb;
 

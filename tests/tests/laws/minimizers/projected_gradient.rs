@@ -9,7 +9,7 @@ use sdf_tests::oracle::{convex_minimum, random_simplex};
 use sdf_tests::random::Random;
 use sdf_tests::scenes::{Meaning, scenes};
 
-/// Half and nine tenths of all shapes, and of all grids.
+/// Three quarters and nine tenths of all shapes, and of all grids.
 #[test]
 fn after_ten_steps_it_is_as_near_as_frank_wolfe_after_32() {
     fn check<const N: usize>(random: &mut Random) {
@@ -86,7 +86,7 @@ fn the_crease_of_two_planes_is_found_in_few_steps() {
     }
 }
 
-/// On convex fields nearer than a thousandth of an edge; on others, the point a thousandth of the way to some corner is not lower.
+/// Off a local minimum, the point a thousandth of the way to some corner is lower.
 #[test]
 fn a_converged_search_is_seldom_off_a_local_minimum() {
     fn check<const N: usize>(random: &mut Random) {
