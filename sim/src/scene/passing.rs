@@ -6,7 +6,6 @@ use sdf_core::contact::{Row, RowSide};
 use sdf_field::{Field, FirstTouchOptions, MeshPath, MeshView, QueryError, Threads};
 
 use super::run::body_of;
-use super::struck::meet;
 use crate::query::Contacts;
 use crate::row::Rows;
 use crate::surface::{Carrier, Surface};
@@ -73,7 +72,7 @@ impl Passing<'_> {
         let bend = self.bend(surface);
         for field in self.obstacles {
             let thickness = self.thickness + bend;
-            if meet(&swept, &field.bounds(thickness))
+            if swept.intersection(&field.bounds(thickness)).is_some()
                 && touches(field, FirstTouchOptions { thickness, ..FirstTouchOptions::default() })?
             {
                 return Ok(true);
@@ -83,7 +82,8 @@ impl Passing<'_> {
         for (other, id) in self.surfaces.iter().filter_map(|other| Some((other, body_of(other)?))) {
             let thickness = self.thickness + bend + self.bend(other);
             let boxes = other.bounds(self.world).zip(other.bounds(later));
-            let is_near = boxes.is_some_and(|(now, then)| meet(&swept, &now.union(&then).inflate(thickness)));
+            let is_near =
+                boxes.is_some_and(|(now, then)| swept.intersection(&now.union(&then).inflate(thickness)).is_some());
             let [pose, end_pose] = [self.world, later].map(|world| world.bodies[id as usize].pose());
             let options = FirstTouchOptions { thickness, pose, end_pose, ..FirstTouchOptions::default() };
             if Some(id) != own && is_near && touches(&self.fields[id as usize], options)? {

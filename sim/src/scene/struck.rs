@@ -54,11 +54,6 @@ impl Struck {
     /// May the two touch?
     pub fn meets(&self, other: &Self) -> bool {
         let (Some(a), Some(b)) = (&self.reached, &other.reached) else { return false };
-        meet(a, b)
+        a.intersection(b).is_some()
     }
-}
-
-/// Do two boxes have a point in common?
-pub(super) fn meet(a: &Aabb, b: &Aabb) -> bool {
-    (0..3).all(|axis| a.min[axis] <= b.max[axis] && b.min[axis] <= a.max[axis])
 }

@@ -54,15 +54,13 @@ fn a_box_flies_past_another_without_a_push() {
 #[test]
 fn a_body_that_is_struck_within_a_frame_stays_above_a_thin_floor() {
     let floor = "[[obstacle]]\nshape = 'field = { shape = \"box\", half_extents = [5.0, 5.0, 0.01] }'\ntranslate = [0.0, 0.0, -0.01]\n";
-    for (gap, speed, mass) in [(0.01, 20.0, 1.0), (0.05, 10.0, 1.0), (0.1, 20.0, 1.0)] {
-        let upper = format!(
-            "mass = {mass:?}\nstart = {{ translate = [0.0, 0.0, 1.0], velocity = [0.0, 0.0, {:?}] }}\n",
-            -speed
-        );
+    for (gap, speed) in [(0.01, 20.0), (0.05, 10.0), (0.1, 20.0)] {
+        let upper =
+            format!("mass = 1.0\nstart = {{ translate = [0.0, 0.0, 1.0], velocity = [0.0, 0.0, {:?}] }}\n", -speed);
         let lower = format!("start.translate = [0.0, 0.0, {:?}]\n", 0.2 + gap);
         let stage = ended(&format!("frames = 60\n{BOX}{upper}{BOX}{lower}{floor}"));
         let heights: Vec<f64> = stage.world.bodies.iter().map(|body| body.position.z).collect();
-        assert!(heights[0] > heights[1] && heights[1] > 0.19, "{gap} {speed} {mass}: {heights:?}");
+        assert!(heights[0] > heights[1] && heights[1] > 0.19, "{gap} {speed}: {heights:?}");
     }
 }
 

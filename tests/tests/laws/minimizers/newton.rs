@@ -2,12 +2,14 @@
 
 use nalgebra::Vector3;
 use sdf_core::combine::Intersection;
-use sdf_core::minimize::{FrankWolfe, Minimizer, Minimum, Newton};
+use sdf_core::minimize::{FrankWolfe, Minimizer, Newton};
 use sdf_core::shapes::{HalfSpace, Sphere};
 use sdf_core::{Aabb, EnclosedSdf, Real, Sample, Sdf, Simplex};
 use sdf_tests::oracle::{convex_minimum, random_simplex};
 use sdf_tests::random::Random;
-use sdf_tests::scenes::{Meaning, scenes};
+use sdf_tests::scenes::scenes;
+
+use super::{converged_and_wrong, sorted_errors};
 
 /// A triangle in a plane at the given height over the origin, and the distance of the perpendicular's foot from the nearest
 /// edge, over the longest edge: negative if the foot is outside the triangle.
@@ -181,26 +183,11 @@ fn on_convex_fields_a_converged_search_is_within_the_tolerance() {
     check::<3>(&mut random);
 }
 
-/// Tries fields that are not convex. Off a local minimum, the point a thousandth of the way to some corner is lower.
+/// Tries fields that are not convex.
 #[test]
 fn a_converged_search_is_seldom_off_a_local_minimum() {
     fn check<const N: usize>(random: &mut Random) {
-        let (mut converged, mut wrong) = (0, 0);
-        for scene in scenes(1.0).iter().filter(|scene| !scene.convex) {
-            for _ in 0..200 {
-                let simplex = random_simplex::<N>(random, scene.size);
-                let minimum = Newton::default().minimize(&scene.field, &simplex);
-                if minimum.converged {
-                    converged += 1;
-                    let unit = simplex.longest_edge() * scene.slope_bound();
-                    let falls_to = |corner: &Vector3<f64>| {
-                        let nearby = minimum.point + (corner - minimum.point) * 1e-3;
-                        scene.value(nearby) < minimum.sample.value - 1e-5 * unit
-                    };
-                    wrong += usize::from(simplex.corners.iter().any(falls_to));
-                }
-            }
-        }
+        let (converged, wrong) = converged_and_wrong::<N>(random, false, &Newton::default());
         println!("{N} corners: {wrong} of {converged}");
         assert!(wrong * 70 < converged, "{N} corners: {wrong} of {converged}");
     }
@@ -213,29 +200,12 @@ fn a_converged_search_is_seldom_off_a_local_minimum() {
 #[test]
 fn newton_is_nearer_than_frank_wolfe_after_as_many_evaluations() {
     fn check<const N: usize>(random: &mut Random) {
+        let iterations = 8 - N as u32;
+        let newton = Newton { iterations, ..Newton::default() };
+        let frank_wolfe = FrankWolfe { iterations, ..FrankWolfe::default() };
         for is_grid in [false, true] {
-            let (mut by_newton, mut by_frank_wolfe) = (vec![], vec![]);
-            for scene in scenes(1.0).iter().filter(|scene| (scene.meaning == Meaning::Samples) == is_grid) {
-                for _ in 0..60 {
-                    let simplex = random_simplex::<N>(random, scene.size);
-                    let iterations = 8 - N as u32;
-                    let frank_wolfe =
-                        FrankWolfe { iterations, ..FrankWolfe::default() }.minimize(&scene.field, &simplex);
-                    let newton = Newton { iterations, ..Newton::default() }.minimize(&scene.field, &simplex);
-                    let lowest =
-                        FrankWolfe { iterations: 1000, ..FrankWolfe::default() }.minimize(&scene.field, &simplex);
-                    let lowest = lowest.sample.value.min(newton.sample.value).min(frank_wolfe.sample.value);
-                    let error =
-                        |minimum: &Minimum<f64, N>| (minimum.sample.value - lowest) / simplex.longest_edge().max(1e-6);
-                    by_newton.push(error(&newton));
-                    by_frank_wolfe.push(error(&frank_wolfe));
-                }
-            }
-            let ninetieth = |mut errors: Vec<f64>| {
-                errors.sort_by(f64::total_cmp);
-                errors[errors.len() * 9 / 10]
-            };
-            let (newton, frank_wolfe) = (ninetieth(by_newton), ninetieth(by_frank_wolfe));
+            let errors = sorted_errors::<N>(random, is_grid, &newton, &frank_wolfe);
+            let [newton, frank_wolfe] = errors.map(|errors| errors[errors.len() * 9 / 10]);
             println!("{N} corners, in grids {is_grid}: {newton:e}, Frank-Wolfe {frank_wolfe:e}");
             assert!(newton * 3.0 < frank_wolfe, "{N} corners: {newton:e}, Frank-Wolfe {frank_wolfe:e}");
         }

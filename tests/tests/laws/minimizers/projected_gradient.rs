@@ -1,39 +1,24 @@
 //! Projected gradient descent: what steps of the right length and creases found by tangents are worth, and what "converged" means.
 
 use nalgebra::Vector3;
+use sdf_core::Simplex;
 use sdf_core::combine::Intersection;
-use sdf_core::minimize::{FrankWolfe, Minimizer, Minimum, ProjectedGradient};
+use sdf_core::minimize::{FrankWolfe, Minimizer, ProjectedGradient};
 use sdf_core::shapes::{HalfSpace, Sphere};
-use sdf_core::{Sdf, Simplex};
 use sdf_tests::oracle::{convex_minimum, random_simplex};
 use sdf_tests::random::Random;
-use sdf_tests::scenes::{Meaning, scenes};
+
+use super::{converged_and_wrong, sorted_errors};
 
 /// Three quarters and nine tenths of all shapes, and of all grids.
 #[test]
 fn after_ten_steps_it_is_as_near_as_frank_wolfe_after_32() {
     fn check<const N: usize>(random: &mut Random) {
+        let gradient = ProjectedGradient { iterations: 10, ..ProjectedGradient::default() };
         for is_grid in [false, true] {
-            let (mut by_gradient, mut by_frank_wolfe) = (vec![], vec![]);
-            for scene in scenes(1.0).iter().filter(|scene| (scene.meaning == Meaning::Samples) == is_grid) {
-                for _ in 0..60 {
-                    let simplex = random_simplex::<N>(random, scene.size);
-                    let gradient = ProjectedGradient { iterations: 10, ..ProjectedGradient::default() };
-                    let gradient = gradient.minimize(&scene.field, &simplex);
-                    let frank_wolfe = FrankWolfe::default().minimize(&scene.field, &simplex);
-                    let lowest =
-                        FrankWolfe { iterations: 1000, ..FrankWolfe::default() }.minimize(&scene.field, &simplex);
-                    let lowest = lowest.sample.value.min(gradient.sample.value).min(frank_wolfe.sample.value);
-                    let error =
-                        |minimum: &Minimum<f64, N>| (minimum.sample.value - lowest) / simplex.longest_edge().max(1e-6);
-                    by_gradient.push(error(&gradient));
-                    by_frank_wolfe.push(error(&frank_wolfe));
-                }
-            }
-            let [gradient, frank_wolfe] = [by_gradient, by_frank_wolfe].map(|mut errors| {
-                errors.sort_by(f64::total_cmp);
-                [75, 90].map(|percent| errors[errors.len() * percent / 100])
-            });
+            let errors = sorted_errors::<N>(random, is_grid, &gradient, &FrankWolfe::default());
+            let [gradient, frank_wolfe] =
+                errors.map(|errors| [75, 90].map(|percent| errors[errors.len() * percent / 100]));
             println!("{N} corners, in grids {is_grid}: {gradient:?}, Frank-Wolfe {frank_wolfe:?}");
             let is_near = gradient.iter().zip(frank_wolfe).all(|(gradient, frank_wolfe)| *gradient <= frank_wolfe);
             assert!(is_near, "{N} corners, in grids {is_grid}: {gradient:?}, Frank-Wolfe {frank_wolfe:?}");
@@ -86,30 +71,13 @@ fn the_crease_of_two_planes_is_found_in_few_steps() {
     }
 }
 
-/// Off a local minimum, the point a thousandth of the way to some corner is lower.
 #[test]
 fn a_converged_search_is_seldom_off_a_local_minimum() {
     fn check<const N: usize>(random: &mut Random) {
         for is_convex in [true, false] {
-            let (mut searches, mut converged, mut wrong) = (0, 0, 0);
-            for scene in scenes(1.0).iter().filter(|scene| scene.convex == is_convex) {
-                for _ in 0..200 {
-                    let simplex = random_simplex::<N>(random, scene.size);
-                    let minimum = ProjectedGradient::default().minimize(&scene.field, &simplex);
-                    searches += 1;
-                    if minimum.converged {
-                        converged += 1;
-                        let unit = simplex.longest_edge() * scene.slope_bound();
-                        let falls_to = |corner: &Vector3<f64>| {
-                            let nearby = minimum.point + (corner - minimum.point) * 1e-3;
-                            scene.value(nearby) < minimum.sample.value - 1e-5 * unit
-                        };
-                        wrong += usize::from(simplex.corners.iter().any(falls_to));
-                    }
-                }
-            }
-            println!("{N} corners, convex {is_convex}: {wrong} of {converged} of {searches}");
-            assert!(wrong * 20 < converged, "{N} corners: {wrong} of {converged} of {searches}");
+            let (converged, wrong) = converged_and_wrong::<N>(random, is_convex, &ProjectedGradient::default());
+            println!("{N} corners, convex {is_convex}: {wrong} of {converged}");
+            assert!(wrong * 20 < converged, "{N} corners: {wrong} of {converged}");
         }
     }
     let mut random = Random::seeded();
