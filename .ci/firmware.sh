@@ -3,7 +3,8 @@
 # flash of the board's program, and that the program has neither panics nor an allocator.
 #
 #  1. A Rust program with one contact, whose grid its build bakes.
-#  2. A C program with 800 queries and a body that the program baked: the chapter Firmware of the README, to the letter. It has no soft
+#  2. The queries of docs/firmware.md, each linked alone: none can panic, and none computes in double where it should not.
+#  3. A C program with 800 queries and a body that the program baked: the chapter Firmware of the README, to the letter. It has no soft
 #     double either. The program is that of SDFTOOL, else the project's release.
 #
 #     .ci/firmware.sh               all of that
@@ -43,6 +44,7 @@ main() {
     cat "$target_dir/host.txt"
 
     check_board "square roots by the processor" --features core-math
+    check_queries
     check_board "square roots by libm"
     echo "firmware: contact on Cortex-M4F equals the host's, $code bytes of code, $grid bytes of grid in flash"
     check_door
@@ -80,6 +82,19 @@ check_board() {
 run_board() {
     timeout 60 qemu-system-arm -M mps2-an386 -display none -serial none -monitor none \
         -chardev stdio,id=console -semihosting-config enable=on,target=native,chardev=console -kernel "$1" </dev/null
+}
+
+# Beside the board's program, with which they share all crates.
+check_queries() {
+    RUSTC=/usr/bin/rustc RUSTC_BOOTSTRAP=1 RUSTFLAGS='' /usr/bin/cargo build --quiet --locked --release \
+        -Z build-std=core --package sizes --target "$triple" --target-dir "$target_dir/board" || fail "the queries do not build"
+    queries | python3 table.py --check "$target_dir/board/$triple/release/libsizes.a" || fail "a query has what no firmware should have"
+    echo "firmware: $(queries | wc -l) queries, each linked alone: no panic, and no double but in proofs and bounds"
+}
+
+# The names of the queries, one a line.
+queries() {
+    sed -n 's/.* "\([^"]*\.[^"]*\..*\)";$/\1/p; s/.*export_name = "\([^"]*\)".*/\1/p' sizes/src/lib.rs | grep '\..*\.'
 }
 
 # The door for C: docs/firmware.md.
@@ -137,8 +152,7 @@ Cortex-M4F|thumbv7em-none-eabihf|-Ctarget-cpu=cortex-m4
 Cortex-M7|thumbv7em-none-eabihf|-Ctarget-cpu=cortex-m7
 RISC-V IMAC|riscv32imac-unknown-none-elf|
 END
-    sed -n 's/.* "\([^"]*\.[^"]*\..*\)";$/\1/p; s/.*export_name = "\([^"]*\)".*/\1/p' sizes/src/lib.rs | grep '\..*\.' |
-        python3 table.py "${libraries[@]}" >"$table"
+    queries | python3 table.py "${libraries[@]}" >"$table"
     python3 - "$page" "$table" <<'END'
 import sys
 page, table = (open(path).read() for path in sys.argv[1:])

@@ -1,6 +1,7 @@
 """The table of docs/firmware.md: links each function of the crate `sizes` alone and measures what is left.
 
     python3 table.py NAME=LIBRARY ... < lines of the queries, one a line
+    python3 table.py --check LIBRARY < the same    # fails if a query can panic, or has doubles that it should not have
 
 Code is .text and .rodata, those of the compiler's own routines (soft float, memcpy) apart. Stack is the deepest sum of frames along
 calls, from the frame sizes that the compiler writes (-Z emit-stack-sizes) and the calls in the disassembly: none is recursive, and
@@ -12,7 +13,10 @@ import sys
 import tempfile
 from pathlib import Path
 
+PANIC = re.compile("panic")
 ROUTINE = re.compile(r"compiler_builtins|^__|^mem(cpy|set|move|cmp|clr)")
+# Proofs and bounds are in double, as is the slope bound of an empty slot of a sparse grid, which the cull of a whole contact asks for.
+MAY_HAVE_DOUBLES = re.compile(r"certified|`contact`|`lean_contact`\.sparse")
 DOUBLE = re.compile(r"__aeabi_(d|[a-z0-9]+2d)|__\w+df|__\w*df\w*[23]$|__(adddf|subdf|muldf|divdf)3|__truncdfsf2|__extendsfdf2")
 
 
@@ -84,11 +88,26 @@ class Program:
 def cell(library, query, folder):
     program = Program(library, query, folder)
     code, routines = program.bytes()
-    marks = (" f64" if program.has(DOUBLE) else "") + (" panic" if program.has(re.compile("panic")) else "")
+    marks = (" f64" if program.has(DOUBLE) else "") + (" panic" if program.has(PANIC) else "")
     return f"{code:,}{f' + {routines:,}' if routines else ''} / {program.stack():,}{marks}"
 
 
+def check(library):
+    faults = []
+    with tempfile.TemporaryDirectory() as folder:
+        queries = sys.stdin.read().splitlines()
+        for query in queries:
+            program = Program(library, query, folder)
+            if program.has(PANIC):
+                faults.append(f"{query}: can panic")
+            if program.has(DOUBLE) and not MAY_HAVE_DOUBLES.search(query):
+                faults.append(f"{query}: computes in double")
+    sys.exit("\n".join(faults) or None if queries else "no query to check")
+
+
 def main():
+    if sys.argv[1] == "--check":
+        check(sys.argv[2])
     targets = [argument.split("=", 1) for argument in sys.argv[1:]]
     print("| query | field | element |", " | ".join(name for name, _ in targets), "|")
     print("|---|---|---|" + "---|" * len(targets))

@@ -32,12 +32,13 @@ pub fn slope_bound_with_outside(inside: f64, has_negative_boundary: bool) -> f64
 /// Slope bound of one cell from its corners, in the order of [`Storage::corners`]: |(Δx, Δy, Δz)| / `spacing`, each Δ
 /// the largest difference along an edge of that axis.
 pub fn cell_slope(corners: [f32; 8], spacing: f64) -> f64 {
-    let c = corners.map(f64::from);
+    // By name: an index could panic where the compiler does not unroll a loop.
+    let [a, b, c, d, e, f, g, h] = corners.map(f64::from);
     let max_difference =
-        |edges: [(usize, usize); 4]| edges.iter().fold(0.0_f64, |max, (a, b)| max.max((c[*b] - c[*a]).abs()));
-    let along_x = max_difference([(0, 1), (2, 3), (4, 5), (6, 7)]);
-    let along_y = max_difference([(0, 2), (1, 3), (4, 6), (5, 7)]);
-    let along_z = max_difference([(0, 4), (1, 5), (2, 6), (3, 7)]);
+        |edges: [(f64, f64); 4]| edges.into_iter().fold(0.0_f64, |max, (from, to)| max.max((to - from).abs()));
+    let along_x = max_difference([(a, b), (c, d), (e, f), (g, h)]);
+    let along_y = max_difference([(a, c), (b, d), (e, g), (f, h)]);
+    let along_z = max_difference([(a, e), (b, f), (c, g), (d, h)]);
     libm::sqrt(along_x * along_x + along_y * along_y + along_z * along_z) / spacing
 }
 

@@ -130,12 +130,12 @@ fn spline_weights<R: Float>(u: R) -> ([R; TAPS], [R; TAPS]) {
     let spline =
         [v * v * v, number(3.0) * u3 - number(6.0) * u2 + number(4.0), number(3.0) * (u + u2 - u3) + R::one(), u3];
     let slope = [-(v * v), (number(3.0) * u - number(4.0)) * u, (number(2.0) - number(3.0) * u) * u + R::one(), u2];
-    let filter = |[a, b, c, d]: [R; 4], factor: f64| {
+    let filter = |[a, b, c, d]: [R; 4], factor: R| {
         let eight = number(8.0);
         let taps = [-a, eight * a - b, eight * b - a - c, eight * c - b - d, eight * d - c, -d];
-        taps.map(|tap| tap * number(factor))
+        taps.map(|tap| tap * factor)
     };
-    (filter(spline, 1.0 / 36.0), filter(slope, 1.0 / 12.0))
+    (filter(spline, number(1.0 / 36.0)), filter(slope, number(1.0 / 12.0)))
 }
 
 /// Weights of six nodes in a row, from `shift` on, as weights of the nodes 0 to 5. A node before 0 or beyond `last` is a continuation

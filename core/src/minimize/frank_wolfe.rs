@@ -92,6 +92,9 @@ impl FrankWolfe {
 }
 
 /// α = 2/(i + 2), i = taken + 1, in steps of which so many were taken before.
+///
+/// Inlined, so that a search in f32 divides no doubles.
+#[inline(always)]
 const fn rate(taken: u32) -> Parameter {
     // Exact for fewer than 2²⁴ steps; and the quotient in f32 is that of f64 rounded.
     let divisor = taken as f32 + 3.0;

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::descent_state::DescentState;
 use super::{Minimizer, Minimum};
 use crate::number::kernel::{LaneKernel, run_into};
-use crate::number::{Mask, Real};
+use crate::number::{Mask, Parameter, Real};
 use crate::{EnclosedSdf, Simplex};
 
 /// The lowest of a fixed set of points: the baseline of the paper's §8.3, not a minimizer. It never converges.
@@ -32,9 +32,7 @@ impl Minimizer<3> for PointSampling {
 
     #[inline(always)]
     fn minimize<R: Real, F: EnclosedSdf>(&self, field: &F, simplex: &Simplex<R, 3>) -> Minimum<R, 3> {
-        lowest_of(field, simplex, self, |number| {
-            WEIGHT_TABLE.get(number as usize).copied().unwrap_or_else(|| triangle_weights(number))
-        })
+        lowest_of(field, simplex, self, weights_of)
     }
 }
 
@@ -44,8 +42,11 @@ impl Minimizer<2> for PointSampling {
     #[inline(always)]
     fn minimize<R: Real, F: EnclosedSdf>(&self, field: &F, simplex: &Simplex<R, 2>) -> Minimum<R, 2> {
         lowest_of(field, simplex, self, |number| {
-            let t = (f64::from(number) + 0.5) / f64::from(self.samples.max(1));
-            [1.0 - t, t]
+            let samples = self.samples.max(1);
+            let double = (f64::from(number) + 0.5) / f64::from(samples);
+            let single = (number as f32 + 0.5) / samples as f32;
+            let t = R::from_parameter(Parameter { double, single });
+            [R::one() - t, t]
         })
     }
 }
@@ -55,7 +56,7 @@ impl Minimizer<1> for PointSampling {
 
     #[inline(always)]
     fn minimize<R: Real, F: EnclosedSdf>(&self, field: &F, simplex: &Simplex<R, 1>) -> Minimum<R, 1> {
-        lowest_of(field, simplex, &Self { samples: 1, corners: false }, |_| [1.0])
+        lowest_of(field, simplex, &Self { samples: 1, corners: false }, |_| [R::one()])
     }
 }
 
@@ -65,82 +66,124 @@ fn lowest_of<R: Real, F: EnclosedSdf, const N: usize>(
     field: &F,
     simplex: &Simplex<R, N>,
     sampling: &PointSampling,
-    point_weights: impl Fn(u32) -> [f64; N],
+    point_weights: impl Fn(u32) -> [R; N],
 ) -> Minimum<R, N> {
     let corners = if sampling.corners { N as u32 } else { 0 };
     let count = corners.saturating_add(sampling.samples).max(1);
     let weights = |number: u32| match number.checked_sub(corners) {
         Some(number) => point_weights(number),
-        None => core::array::from_fn(|corner| if corner as u32 == number { 1.0 } else { 0.0 }),
+        None => core::array::from_fn(|corner| if corner as u32 == number { R::one() } else { R::zero() }),
     };
     let mut current = weights(0);
-    let first = current.map(R::from_f64);
-    let point = simplex.point(first);
+    let point = simplex.point(current);
     let mut value = field.value(point);
-    let mut after = ((first, [value]), point);
+    let mut after = ((current, [value]), point);
     for number in 1..count {
         let next = weights(number);
-        run_into(&Step { current, next }, (*simplex, after.0, [value]), &mut after);
+        run_into(&Step, (*simplex, after.0, (current, [value]), next), &mut after);
         (current, value) = (next, field.value(after.1));
     }
-    run_into(&Step { current, next: current }, (*simplex, after.0, [value]), &mut after);
+    run_into(&Step, (*simplex, after.0, (current, [value]), current), &mut after);
     let ((best, _), _) = after;
     let mut state = DescentState::new(field, simplex, best);
     state.evaluations = R::from_f64(f64::from(count));
     state.finish(R::Mask::NONE)
 }
 
-/// From the best weights and value so far, and the value at the current weights, to the better of both and the next
-/// point.
-struct Step<const N: usize> {
-    current: [f64; N],
-    next: [f64; N],
-}
+/// From the best weights and value so far, those of the current point, and the next weights, to the better of both and the next point.
+struct Step<const N: usize>;
 
 impl<const N: usize> LaneKernel for Step<N> {
-    type From<R: Real> = (Simplex<R, N>, ([R; N], [R; 1]), [R; 1]);
+    type From<R: Real> = (Simplex<R, N>, ([R; N], [R; 1]), ([R; N], [R; 1]), [R; N]);
     type To<R: Real> = (([R; N], [R; 1]), Vector3<R>);
 
     #[inline(always)]
-    fn apply<R: Real>(&self, (simplex, (mut weights, [lowest]), [value]): Self::From<R>) -> Self::To<R> {
+    fn apply<R: Real>(
+        &self,
+        (simplex, (mut weights, [lowest]), (current, [value]), next): Self::From<R>,
+    ) -> Self::To<R> {
         let is_lower = value.lt(lowest);
         for k in 0..N {
-            weights[k] = R::select(is_lower, R::from_f64(self.current[k]), weights[k]);
+            weights[k] = R::select(is_lower, current[k], weights[k]);
         }
-        ((weights, [R::select(is_lower, value, lowest)]), simplex.point(self.next.map(R::from_f64)))
+        ((weights, [R::select(is_lower, value, lowest)]), simplex.point(next))
     }
 }
 
-/// [`triangle_weights`] of the first 64 points, the most that the paper takes.
-const WEIGHT_TABLE: [[f64; 3]; 64] = {
-    let mut table = [[0.0; 3]; 64];
+/// Points whose weights are in a table, the most that the paper takes.
+const TABLE_LEN: usize = 64;
+
+/// [`triangle_weights`], by number. The other precision is in a table of its own, which a program that has no doubles does not link.
+const DOUBLES: [[f64; 3]; TABLE_LEN] = {
+    let mut table = [[0.0; 3]; TABLE_LEN];
     let mut number = 0;
-    while number < table.len() {
-        table[number] = triangle_weights(number as u32);
+    while number < TABLE_LEN {
+        let [a, b, c] = triangle_weights(number as u32);
+        table[number] = [a.double, b.double, c.double];
         number += 1;
     }
     table
 };
 
-/// Barycentric weights of the van der Corput point with this number.
-const fn triangle_weights(number: u32) -> [f64; 3] {
-    let mut triangle = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-    let mut digits = number;
-    while digits > 0 {
-        let [a, b, c] = triangle;
-        let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
-        triangle = match digits % 4 {
-            0 => [bc, ca, ab],
-            1 => [a, ab, ca],
-            2 => [ab, b, bc],
-            _ => [ca, bc, c],
-        };
-        digits /= 4;
+/// The same in f32.
+const SINGLES: [[f32; 3]; TABLE_LEN] = {
+    let mut table = [[0.0; 3]; TABLE_LEN];
+    let mut number = 0;
+    while number < TABLE_LEN {
+        let [a, b, c] = triangle_weights(number as u32);
+        table[number] = [a.single, b.single, c.single];
+        number += 1;
     }
-    let [[a0, a1, a2], [b0, b1, b2], [c0, c1, c2]] = triangle;
-    [(a0 + b0 + c0) / 3.0, (a1 + b1 + c1) / 3.0, (a2 + b2 + c2) / 3.0]
+    table
+};
+
+/// Weights of a point, from the tables if they are there.
+///
+/// One by one: in a loop some compilers compute the other precision, too.
+#[inline(always)]
+fn weights_of<R: Real>(number: u32) -> [R; 3] {
+    let number_of = |double, single| R::from_parameter(Parameter { double, single });
+    if let (Some([a, b, c]), Some([x, y, z])) = (DOUBLES.get(number as usize), SINGLES.get(number as usize)) {
+        return [number_of(*a, *x), number_of(*b, *y), number_of(*c, *z)];
+    }
+    let [a, b, c] = triangle_weights(number);
+    [R::from_parameter(a), R::from_parameter(b), R::from_parameter(c)]
 }
 
-const fn middle([a0, a1, a2]: [f64; 3], [b0, b1, b2]: [f64; 3]) -> [f64; 3] {
-    [0.5 * (a0 + b0), 0.5 * (a1 + b1), 0.5 * (a2 + b2)]
+/// Barycentric weights of the van der Corput point with this number.
+#[inline(always)]
+const fn triangle_weights(number: u32) -> [Parameter; 3] {
+    let ([a, b, c], sum) = weight_parts(number);
+    [quotient(a, sum), quotient(b, sum), quotient(c, sum)]
+}
+
+/// Integers in the ratio of the weights, and their sum.
+const fn weight_parts(number: u32) -> ([u32; 3], u32) {
+    // Corners in parts of `unit`, at most 2¹⁶.
+    let mut triangle = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
+    let (mut unit, mut digits) = (1_u32, number);
+    while digits > 0 {
+        let [a, b, c] = triangle;
+        let (ab, bc, ca) = (sum(a, b), sum(b, c), sum(c, a));
+        triangle = match digits % 4 {
+            0 => [bc, ca, ab],
+            1 => [sum(a, a), ab, ca],
+            2 => [ab, sum(b, b), bc],
+            _ => [ca, bc, sum(c, c)],
+        };
+        unit = unit.wrapping_mul(2);
+        digits /= 4;
+    }
+    let [a, b, c] = triangle;
+    (sum(sum(a, b), c), unit.wrapping_mul(3))
+}
+
+const fn sum([a0, a1, a2]: [u32; 3], [b0, b1, b2]: [u32; 3]) -> [u32; 3] {
+    [a0.wrapping_add(b0), a1.wrapping_add(b1), a2.wrapping_add(b2)]
+}
+
+/// Quotient of integers below 2²⁴: in f32 that of f64, rounded.
+#[inline(always)]
+const fn quotient(a: u32, b: u32) -> Parameter {
+    Parameter { double: a as f64 / b as f64, single: a as f32 / b as f32 }
 }

@@ -47,6 +47,11 @@ impl Sdf for Cuboid {
     fn magnitude<R: Real>(&self) -> R {
         R::zero()
     }
+
+    fn extent<R: Real>(&self) -> R {
+        let [x, y, z] = self.half_extents.map(R::from_parameter);
+        R::from_f64(2.0) * x.max(y).max(z)
+    }
 }
 
 impl EnclosedSdf for Cuboid {

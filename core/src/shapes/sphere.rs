@@ -45,6 +45,10 @@ impl Sdf for Sphere {
     fn magnitude<R: Real>(&self) -> R {
         R::zero()
     }
+
+    fn extent<R: Real>(&self) -> R {
+        R::from_f64(2.0) * R::from_parameter(self.radius)
+    }
 }
 
 impl EnclosedSdf for Sphere {

@@ -4,18 +4,18 @@ use std::cell::RefCell;
 
 use nalgebra::Vector3;
 use sdf_core::minimize::{Minimizer, PointSampling};
-use sdf_core::{Aabb, EnclosedSdf, Real, Sample, Sdf, Simplex};
+use sdf_core::{Aabb, EnclosedSdf, Float, Real, Sample, Sdf, Simplex};
 use sdf_tests::oracle::random_simplex;
 use sdf_tests::random::Random;
 use sdf_tests::scene_field::same_type;
 use sdf_tests::scenes::{Meaning, scenes};
 
-/// A field that records where it is evaluated in f64.
-struct Recorder(RefCell<Vec<Vector3<f64>>>);
+/// A field that records where it is evaluated in numbers of one type.
+struct Recorder<T>(RefCell<Vec<Vector3<T>>>);
 
-impl Sdf for Recorder {
+impl<T: Real> Sdf for Recorder<T> {
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
-        self.0.borrow_mut().extend(same_type::<_, Vector3<f64>>(point));
+        self.0.borrow_mut().extend(same_type::<_, Vector3<T>>(point));
         Sample::new(R::zero(), Vector3::zeros())
     }
     fn bounds(&self, _level: f64) -> Aabb {
@@ -26,7 +26,7 @@ impl Sdf for Recorder {
     }
 }
 
-impl EnclosedSdf for Recorder {}
+impl<T: Real> EnclosedSdf for Recorder<T> {}
 
 /// Weights of the points inside a triangle where it is sampled.
 fn sampled_weights(samples: u32) -> Vec<[f64; 3]> {
@@ -34,15 +34,30 @@ fn sampled_weights(samples: u32) -> Vec<[f64; 3]> {
 }
 
 fn weights_of(sampling: PointSampling) -> Vec<[f64; 3]> {
+    points_of(sampling).into_iter().map(|point: Vector3<f64>| [1.0 - point.x - point.y, point.x, point.y]).collect()
+}
+
+/// Points on a triangle whose second and third weight are x and y.
+fn points_of<T: Float>(sampling: PointSampling) -> Vec<Vector3<T>> {
     let recorder = Recorder(RefCell::default());
-    // On this triangle the second and third weight are x and y.
-    let triangle = Simplex::<f64, 3> { corners: [Vector3::zeros(), Vector3::x(), Vector3::y()] };
+    let axis = |axis: usize| Vector3::from_fn(|row, _| if row == axis { T::one() } else { T::zero() });
+    let triangle = Simplex { corners: [Vector3::zeros(), axis(0), axis(1)] };
     sampling.minimize(&recorder, &triangle);
     let mut points = recorder.0.into_inner();
     // The lowest point is evaluated a second time, for the gradient.
     let repeated = points.pop().expect("an evaluation");
     assert!(points.contains(&repeated));
-    points.into_iter().map(|point| [1.0 - point.x - point.y, point.x, point.y]).collect()
+    points
+}
+
+/// With and without a table: it has the first 64.
+#[test]
+fn points_in_f32_are_those_in_f64_rounded() {
+    for corners in [false, true] {
+        let sampling = PointSampling { samples: 5000, corners };
+        let rounded: Vec<_> = points_of::<f64>(sampling).into_iter().map(|point| point.map(|x| x as f32)).collect();
+        assert_eq!(points_of::<f32>(sampling), rounded);
+    }
 }
 
 fn is_within(weights: [f64; 3], triangle: &[[f64; 3]; 3]) -> bool {
