@@ -37,6 +37,9 @@ impl fmt::Display for SignMethod {
     }
 }
 
+/// Squared distance to the surface from which a point tells others its side, relative to theirs to it: a thousandth.
+const MIN_REACH_SQ: f64 = 1e-6;
+
 /// Coordinates whose squares, and sums of these, are finite.
 const FAR: f64 = 1e150;
 
@@ -51,6 +54,8 @@ pub struct MeshDistance<'a> {
     method: SignMethod,
     /// `None` where another method gives the sign.
     pseudo_normals: Option<PseudoNormals>,
+    /// Do pseudo-normals tell the side of every point, with more digits than rounding takes?
+    are_normals_certain: bool,
     /// [`TriangleMesh::outward`], in the tree's order.
     outward: Option<Vec<f64>>,
     sign_reason: String,
@@ -81,7 +86,8 @@ impl Nearest {
 }
 
 impl<'a> MeshDistance<'a> {
-    /// `sign`: `None` chooses pseudo-normals if the mesh bounds one solid, else winding numbers. A mesh of which
+    /// `sign`: `None` chooses pseudo-normals if the mesh bounds one solid, is not folded shut, and is not far from the origin, else winding
+    /// numbers. A mesh of which
     /// [`TriangleMesh::without_inner_faces`] left only a part has winding numbers in any case.
     pub fn new(mesh: &'a TriangleMesh, sign: Option<SignMethod>) -> Self {
         let tree = mesh.tree.take().unwrap_or_else(|| Bvh::new(mesh));
@@ -97,10 +103,15 @@ impl<'a> MeshDistance<'a> {
             oriented.topology.intersecting_pairs = mesh_of_signs.intersecting_pairs.unwrap_or_else(count);
         }
         let topology = oriented.topology;
-        let bounds_one_solid = topology.bounds_one_solid();
-        let method = sign.unwrap_or(if bounds_one_solid { SignMethod::PseudoNormal } else { SignMethod::Winding });
-        let sign_reason = sign_reason(sign, method, &topology);
-        let pseudo_normals = (method == SignMethod::PseudoNormal).then(|| PseudoNormals::new(mesh, &oriented));
+        let may_be_certain = sign != Some(SignMethod::Winding) && topology.bounds_one_solid();
+        let normals =
+            (may_be_certain || sign == Some(SignMethod::PseudoNormal)).then(|| PseudoNormals::new(mesh, &oriented));
+        let doubt = normals.as_ref().filter(|_| may_be_certain).and_then(|normals| normals.doubt(&mesh.bounds()));
+        let are_normals_certain = may_be_certain && doubt.is_none();
+        let chosen = if are_normals_certain { SignMethod::PseudoNormal } else { SignMethod::Winding };
+        let method = sign.unwrap_or(chosen);
+        let sign_reason = sign_reason(sign, method, &topology, doubt);
+        let pseudo_normals = normals.filter(|_| method == SignMethod::PseudoNormal);
         let winding = WindingNumbers::of_mesh(mesh_of_signs, &oriented, orientations);
         let in_tree =
             |outward: &Vec<i8>| tree.triangles.iter().map(|triangle| outward[*triangle as usize].into()).collect();
@@ -110,7 +121,20 @@ impl<'a> MeshDistance<'a> {
         if pseudo_normals.is_none() && !winding.boundary().is_empty() {
             winding.prepare(tree_of_signs);
         }
-        Self { mesh, tree, solid, topology, winding, method, pseudo_normals, outward, sign_reason, cancel: None }
+        let cancel = None;
+        Self {
+            mesh,
+            tree,
+            solid,
+            topology,
+            winding,
+            method,
+            pseudo_normals,
+            are_normals_certain,
+            outward,
+            sign_reason,
+            cancel,
+        }
     }
 
     /// The same, in bakes that another thread can end: once the flag is set they skip what is left, and what they return is
@@ -147,12 +171,13 @@ impl<'a> MeshDistance<'a> {
     }
 
     /// Is the signed distance continuous, its sign changing at triangles alone? By winding numbers it is if the triangles cancel along
-    /// every edge, however many share it: all of these numbers are whole. By pseudo-normals it is if the mesh bounds one solid. It jumps
-    /// around the holes of an open mesh, and where pseudo-normals were requested for shells within each other.
+    /// every edge, however many share it: all of these numbers are whole. By pseudo-normals it is if the mesh bounds one solid that is not
+    /// folded shut and not far from the origin. It jumps around the holes of an open mesh, and where pseudo-normals were requested for shells
+    /// within each other.
     pub fn is_continuous(&self) -> bool {
         match self.sign_method() {
             SignMethod::Winding => self.winding.boundary().is_empty(),
-            SignMethod::PseudoNormal => self.topology.bounds_one_solid(),
+            SignMethod::PseudoNormal => self.are_normals_certain,
         }
     }
 
@@ -169,11 +194,7 @@ impl<'a> MeshDistance<'a> {
         if point.iter().any(|x| x.abs() > FAR) {
             return x.hypot(y).hypot(z);
         }
-        let nearest = self.signed_nearest(point.into(), 0);
-        // Far away rounding decides which triangle is the nearest, and so the side. A solid has no inside beyond its box.
-        let is_inside = nearest.is_inside
-            && (self.solid_normals().is_none() || self.bounds().encloses(&Aabb { min: point, max: point }));
-        Nearest { is_inside, ..nearest }.signed()
+        self.signed_nearest(point.into(), 0).signed()
     }
 
     /// Generalized winding number: 1 inside a closed surface, 0 outside, in between near a hole.
@@ -245,8 +266,12 @@ impl<'a> MeshDistance<'a> {
     /// Is the segment between two points too short for the surface of one solid to cross it? Then both are on one side.
     /// D(p) + D(q) > |p − q| suffices, for points of the surface are outside of both balls.
     fn is_segment_clear(&self, neighbour: &MeasuredPoint, point: Vector3<f64>, distance: f64) -> bool {
-        let sum = neighbour.nearest.distance + distance;
-        self.solid_normals().is_some() && sum * sum > (point - neighbour.point).norm_squared() * (CLEARANCE * CLEARANCE)
+        let (reach, way_sq) = (neighbour.nearest.distance, (point - neighbour.point).norm_squared());
+        let sum = reach + distance;
+        // Very near the surface, rounding may have decided the neighbour's side.
+        self.solid_normals().is_some()
+            && reach * reach > MIN_REACH_SQ * way_sq
+            && sum * sum > way_sq * (CLEARANCE * CLEARANCE)
     }
 
     /// Sign at a point by pseudo-normals, if its nearest triangle is one of the given slots.
@@ -265,6 +290,11 @@ impl<'a> MeshDistance<'a> {
         on_triangle: impl Fn() -> NearestOnTriangle,
     ) -> bool {
         self.pseudo_normals.as_ref().is_some_and(|normals| {
+            // Far away rounding decides which triangle is the nearest, and so the side. A solid has no inside beyond its box.
+            let at = Aabb { min: point.into(), max: point.into() };
+            if self.topology.bounds_one_solid() && !self.bounds().encloses(&at) {
+                return false;
+            }
             let on_triangle = on_triangle();
             let normal = normals.feature(self.mesh, self.tree.triangles[slot], on_triangle.feature);
             if normal == Vector3::zeros() {
@@ -282,9 +312,9 @@ impl<'a> MeshDistance<'a> {
         &self.tree
     }
 
-    /// Normals of all faces, if pseudo-normals give every sign and the mesh bounds one solid.
+    /// Normals of all faces, if pseudo-normals give every sign and are certain.
     pub(crate) fn solid_normals(&self) -> Option<&PseudoNormals> {
-        self.pseudo_normals.as_ref().filter(|_| self.topology.bounds_one_solid())
+        self.pseudo_normals.as_ref().filter(|_| self.are_normals_certain)
     }
 
     /// For each triangle in the tree's order 1 if the outside is in front of it and the inside behind it, −1 if the other way round,
@@ -344,12 +374,18 @@ pub(crate) fn moved_within(point: Vector3<f64>, distance: f64) -> Vector3<f64> {
     point + Vector3::new(0.267_1, 0.534_9, 0.801_3) * (0.5 * distance)
 }
 
-fn sign_reason(requested: Option<SignMethod>, method: SignMethod, topology: &Topology) -> String {
+fn sign_reason(
+    requested: Option<SignMethod>,
+    method: SignMethod,
+    topology: &Topology,
+    doubt: Option<&'static str>,
+) -> String {
     let found = match topology.to_string() {
         found if found.is_empty() => "closed, consistently wound, one shell".to_owned(),
         found if topology.bounds_one_solid() => format!("closed, one shell ({found}: put right)"),
         found => found,
     };
+    let found = doubt.map_or_else(|| found.clone(), |doubt| format!("{found}, {doubt}"));
     match requested {
         Some(_) => format!("{method}, as requested; the mesh: {found}"),
         None => format!("{method}: {found}"),

@@ -20,6 +20,7 @@ mod packed;
 
 pub use closest::ClosestPoints;
 pub use deepest::{Deepest, DepthLimits, Probe};
+pub(crate) use element::nearest_pair;
 
 use sdf_core::Aabb;
 use sdf_core::nalgebra::Vector3;

@@ -12,6 +12,7 @@
 //! | 16 ε | 31 | `NODE_POSITION`, `COARSE_DIFFERENCE`, `BRICK_DISTANCE`, `PLANE_HEIGHT` |
 //! | 32 ε | 63 | `POINT_ON_MESH`, `PAIR` |
 //! | 64 ε | 127 | `APPROX_DISTANCE` |
+//! | 128 ε | 255 | `BACK_TO_BACK` |
 //!
 //! A `*_SLACK` is wider than any such error by orders of magnitude, where width costs nothing: a few candidates more
 //! that an exact test rejects. A `MIN_*` is where cancellation or underflow has taken the digits of a quantity.
@@ -59,6 +60,10 @@ pub(crate) const PAIR_ROUNDING: f64 = 32.0 * f64::EPSILON;
 /// Corner of a piece of a triangle, relative to the mesh's largest coordinate: 4 ε along each axis, and one more where
 /// the piece would have no area.
 pub(crate) const PIECE_ROUNDING: f64 = 8.0 * f64::EPSILON;
+
+/// Distance between two faces that rounding may swap, relative to the mesh's largest coordinate and its diagonal: four times that of
+/// [`POINT_ON_MESH_ROUNDING`].
+pub(crate) const BACK_TO_BACK_ROUNDING: f64 = 128.0 * f64::EPSILON;
 
 // Multiples of ε of f32.
 
@@ -128,6 +133,20 @@ pub(crate) const PIECE_TURN: f64 = 0.5 * EPSILON_F32;
 /// Squared sine of a triangle's angle below which its inside has no reliable normal: cross products lose half of the
 /// digits. Such a sliver is 1e7 times as long as wide, and its edges stand for it.
 pub(crate) const SLIVER_SINE_SQ: f64 = 1e-14;
+
+/// Sine of the angle between two triangles that share a corner below which they count as folded onto each other, and by which planes
+/// tell triangles around a corner apart.
+pub(crate) const FOLD_SINE: f64 = 1e-6;
+
+/// Squared length of a pseudo-normal n up to which its edge or corner counts as folded. A point x that is nearest to it, at q, has
+/// |n·(x − q)| ≥ |n|² |x − q| / (8 π): of an edge it is half of |n|²; of a corner twice the integral of |s·d| over the directions s into the
+/// solid, d that to x, which is at least A²/(2 π) of a solid angle A ≥ |n|/2. That is 4e-9, where [`SLIVER_SINE_SQ`] leaves normals an
+/// error of 2e-9 times the angles; and rounding of q decides nearer than 2e-11 of the coordinates.
+pub(crate) const FOLD_NORMAL_SQ: f64 = 1e-7;
+
+/// Largest coordinate of a mesh, as a multiple of its diagonal, up to which pseudo-normals tell the side: there rounding decides nearer
+/// than a millionth of the diagonal to what is as sharp as [`FOLD_NORMAL_SQ`] allows.
+pub(crate) const MAX_OFFSET: f64 = 1e4;
 
 /// Squared length of a triangle's complex number: 2 (1 + cos α) (1 + cos β) (1 + cos γ), with the angles between the
 /// directions to its corners. It vanishes on the edges; a millionth of an edge away, angles have ten digits.

@@ -26,7 +26,8 @@ use sdf_core::nalgebra::Vector3;
 
 use crate::TriangleMesh;
 use crate::bvh::Bvh;
-use crate::rounding::{DETERMINANT_ROUNDING, MIN_VOLUME};
+use crate::mesh_surface::nearest_pair;
+use crate::rounding::{BACK_TO_BACK_ROUNDING, DETERMINANT_ROUNDING, FOLD_SINE, MIN_VOLUME, max_coordinate};
 use crate::simd::LANES;
 use crate::triangle::area_vector;
 use corners_x8::{CornersX8, FindNotApart};
@@ -43,12 +44,14 @@ const MAX_TESTS: usize = 1 << 25;
 /// Pairs compared at most, for each triangle.
 const MAX_TESTS_PER_TRIANGLE: usize = 256;
 
-/// Number of pairs of triangles that cross, or overlap in one plane; `None` where so many are near each other that counting them
-/// would take too long. Triangles with orientation 0 are ignored.
+/// Number of pairs of triangles that cross, overlap in one plane, or are [back to back](are_back_to_back); `None` where so many are near each
+/// other that counting them would take too long. Triangles with orientation 0 are ignored.
 pub(crate) fn intersecting_pairs(mesh: &TriangleMesh, tree: &Bvh, orientations: &[f64]) -> Option<usize> {
-    count_pairs(mesh, tree, orientations, true, |_, a, b, _| {
-        let are_apart = are_apart_across_centroids(a, b) || are_apart_across_edge(a, b);
-        !are_apart && intersect(a, b)
+    let bounds = mesh.bounds();
+    let gap = BACK_TO_BACK_ROUNDING * (max_coordinate(&bounds) + bounds.diagonal());
+    count_pairs(mesh, tree, orientations, true, gap, |_, a, b, slots| {
+        let are_apart = || are_apart_across_centroids(a, b) || are_apart_across_edge(a, b);
+        are_back_to_back(a, b, slots.map(|slot| orientations[slot]), gap) || !are_apart() && intersect(a, b)
     })
 }
 
@@ -76,8 +79,8 @@ pub(super) fn contacts(
 ) -> Result<Vec<[u32; 2]>, TooMany> {
     let all = vec![1.0; tree.triangles.len()];
     let (found, count) = (Mutex::new(vec![]), AtomicUsize::new(0));
-    let counted = count_pairs(mesh, tree, &all, false, |plane_of_a, a, b, slots| {
-        let plane_of_b = Plane::new(b.1);
+    let counted = count_pairs(mesh, tree, &all, false, 0.0, |plane_of_a, a, b, slots| {
+        let plane_of_b = Plane::new(b.1, 0.0);
         if are_apart_across_edge(a, b) || are_apart_off_planes([plane_of_a, &plane_of_b], a, b) {
             return false;
         }
@@ -100,13 +103,14 @@ pub(super) fn contacts(
 }
 
 /// Number of pairs of triangles with overlapping boxes, and not parted by the plane of either, that pass a test, which gets
-/// the first one's plane, both, and their slots. Triangles with orientation 0 are ignored, and with `ignores_apart` pairs
+/// the first one's plane, both, and their slots. Boxes and planes part none that are within the gap. Triangles with orientation 0 are ignored, and with `ignores_apart` pairs
 /// [apart around a corner](CornersX8::apart_around_corner), which are many in a fan. `None` after too many tests.
 fn count_pairs(
     mesh: &TriangleMesh,
     tree: &Bvh,
     orientations: &[f64],
     ignores_apart: bool,
+    gap: f64,
     test: impl Fn(&Plane, Corners, Corners, [usize; 2]) -> bool + Sync,
 ) -> Option<usize> {
     let (tests, max_tests) = (AtomicUsize::new(0), MAX_TESTS.max(MAX_TESTS_PER_TRIANGLE * tree.corners.len()));
@@ -115,7 +119,8 @@ fn count_pairs(
     let is_counted = |slot: &usize| orientations[*slot] != 0.0;
     let count_in_group = |(near, packed, masks): &mut (Vec<usize>, Vec<CornersX8>, Vec<u32>), first: usize| {
         let group = first..tree.corners.len().min(first + GROUP_SIZE);
-        let group_box = tree.corners[group.clone()].iter().map(box_around).reduce(|a, b| a.union(&b));
+        let group_box =
+            tree.corners[group.clone()].iter().map(|corners| box_around(corners, gap)).reduce(|a, b| a.union(&b));
         let Some(group_box) = group_box else { return 0 };
         near.clear();
         // Pairs are counted from the first of both.
@@ -126,15 +131,16 @@ fn count_pairs(
         packed.clear();
         packed.extend(near.chunks(LANES).map(|slots| CornersX8::new(slots, corners)));
         let mut count_with = |slot: usize| {
-            let (triangle, plane) = (corners(slot), Plane::new(&tree.corners[slot]));
+            let (triangle, plane) = (corners(slot), Plane::new(&tree.corners[slot], gap));
             masks.resize(packed.len(), 0);
-            let bounds = &box_around(&tree.corners[slot]);
+            let bounds = &box_around(&tree.corners[slot], gap);
             tree.arch.dispatch(FindNotApart {
                 triangles: packed,
                 bounds,
                 plane: &plane,
                 triangle,
                 ignores_apart,
+                gap,
                 masks,
             });
             let (mut count, mut tested) = (0, 0);
@@ -159,8 +165,8 @@ fn count_pairs(
     (!is_over()).then(|| counts.into_iter().sum())
 }
 
-fn box_around([a, b, c]: &[Vector3<f64>; 3]) -> Aabb {
-    Aabb { min: a.inf(b).inf(c).into(), max: a.sup(b).sup(c).into() }
+fn box_around([a, b, c]: &[Vector3<f64>; 3], gap: f64) -> Aabb {
+    Aabb { min: a.inf(b).inf(c).into(), max: a.sup(b).sup(c).into() }.inflate(gap)
 }
 
 /// A triangle as the indices and positions of its corners.
@@ -172,22 +178,25 @@ struct Plane {
     normal: Vector3<f64>,
     /// Error of normal · offset per unit of |offset| along each axis: 8 ε Σ |products of the normal|.
     rounding: Vector3<f64>,
+    /// What normal · offset is, and more, at a point as far from the plane as a gap.
+    slack: f64,
 }
 
 impl Plane {
-    fn new([a, b, c]: &[Vector3<f64>; 3]) -> Self {
+    fn new([a, b, c]: &[Vector3<f64>; 3], gap: f64) -> Self {
         let (u, v) = (b - a, c - a);
         let positive = Vector3::new(u.y * v.z, u.z * v.x, u.x * v.y);
         let negative = Vector3::new(u.z * v.y, u.x * v.z, u.y * v.x);
         let rounding = (positive.abs() + negative.abs()) * DETERMINANT_ROUNDING;
-        Self { origin: *a, normal: positive - negative, rounding }
+        let normal = positive - negative;
+        Self { origin: *a, normal, rounding, slack: MIN_VOLUME + gap * normal.lp_norm(1) }
     }
 
     /// Positive on one side of the plane, negative on the other, zero if rounding may hide which.
     fn certain_side(&self, point: &Vector3<f64>) -> f64 {
         let offset = point - self.origin;
         let side = self.normal.dot(&offset);
-        if side.abs() > self.rounding.dot(&offset.abs()) + MIN_VOLUME { side } else { 0.0 }
+        if side.abs() > self.rounding.dot(&offset.abs()) + self.slack { side } else { 0.0 }
     }
 }
 
@@ -199,7 +208,7 @@ fn are_apart_across_centroids(a: Corners, b: Corners) -> bool {
     let [a_sum, b_sum] = [a, b].map(|(_, [p, q, r])| p + q + r);
     let origin = corner.unwrap_or_else(|| (a_sum + b_sum) / 6.0);
     let normal = corner.map_or(b_sum - a_sum, |corner| midway(corner, a_sum, b_sum));
-    let plane = Plane { origin, normal, rounding: normal.abs() * DETERMINANT_ROUNDING };
+    let plane = Plane { origin, normal, rounding: normal.abs() * DETERMINANT_ROUNDING, slack: MIN_VOLUME };
     let all = |own: Corners, other: Corners, is_side: fn(f64) -> bool| {
         let mut own = own.0.iter().zip(own.1).filter(|(point, _)| !other.0.contains(point));
         own.all(|(_, corner)| is_side(plane.certain_side(corner)))
@@ -227,7 +236,7 @@ fn are_apart_across_edge(a: Corners, b: Corners) -> bool {
     else {
         return false;
     };
-    let [c, d] = [c, d].map(|corner| Plane::new(&[from, to, corner]));
+    let [c, d] = [c, d].map(|corner| Plane::new(&[from, to, corner], 0.0));
     let rounding = c.normal.abs().dot(&d.rounding) + d.normal.abs().dot(&c.rounding) + c.rounding.dot(&d.rounding);
     c.normal.dot(&d.normal) + 2.0 * rounding + MIN_VOLUME < 0.0
 }
@@ -240,6 +249,32 @@ fn are_apart_off_planes([plane_of_a, plane_of_b]: [&Plane; 2], a: Corners, b: Co
         all.all(|(point, corner)| other.contains(point) || plane.certain_side(corner) != 0.0)
     };
     are_apart_across_centroids(a, b) && are_off(plane_of_a, b, a.0) && are_off(plane_of_b, a, b.0)
+}
+
+/// Do two triangles face away from each other, and come nearer than rounding can tell, or, where they share a corner, than
+/// [`FOLD_SINE`] of their size across from it? Then rounding decides which of them is nearest to a point, and on which side it is.
+fn are_back_to_back(a: Corners, b: Corners, orientations: [f64; 2], gap: f64) -> bool {
+    let normals = [area_vector(*a.1) * orientations[0], area_vector(*b.1) * orientations[1]];
+    if normals[0].dot(&normals[1]) >= 0.0 {
+        return false;
+    }
+    let shared = a.0.iter().filter(|point| b.0.contains(point)).count();
+    let across = |own: Corners, other: Corners| {
+        let mut corners = own.0.iter().zip(own.1).filter(|(point, _)| !other.0.contains(point));
+        let mut next = || corners.next().map_or_else(Vector3::zeros, |(_, corner)| *corner);
+        [next(), next()]
+    };
+    match shared {
+        0 => nearest_pair(a.1, *b.1).distance_sq <= gap * gap,
+        1 => {
+            let sides = [across(a, b), across(b, a)];
+            let longest = sides.iter().map(|[from, to]| (to - from).norm()).fold(0.0, f64::max);
+            let within = gap.max(FOLD_SINE * longest).powi(2);
+            sides.iter().zip([b, a]).any(|(side, other)| nearest_pair(side, *other.1).distance_sq <= within)
+        }
+        // Folded edges are found by the angles between their faces.
+        _ => false,
+    }
 }
 
 fn intersect(a: Corners, b: Corners) -> bool {

@@ -32,8 +32,8 @@ pub struct Topology {
     pub shells: usize,
     /// Triangles that occur twice with opposite windings.
     pub doubled: usize,
-    /// Pairs of triangles that cross or overlap. `None` if they are not counted: the mesh is not one closed shell, or more triangles are
-    /// near each other than can be compared in some ten seconds.
+    /// Pairs of triangles that cross, overlap, or lie back to back nearer than rounding. `None` if they are not counted: the mesh is not
+    /// one closed shell, or more triangles are near each other than can be compared in some ten seconds.
     pub intersecting_pairs: Option<usize>,
     /// The one closed shell was wound inside out, and is turned as a whole.
     pub inside_out: bool,
@@ -46,7 +46,7 @@ impl Topology {
     }
 
     /// Is the mesh one closed shell without self-intersections and T-junctions? Then angle-weighted pseudo-normals give
-    /// the sign.
+    /// the sign, but where rounding decides.
     pub fn bounds_one_solid(&self) -> bool {
         self.is_one_closed_shell() && self.intersecting_pairs == Some(0)
     }

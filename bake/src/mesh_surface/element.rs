@@ -12,7 +12,7 @@ use crate::triangle::{NearestOnTriangle, TriangleFeature, is_sliver, nearest_on_
 
 /// The nearest points of an element and a triangle.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Pair {
+pub(crate) struct Pair {
     /// Barycentric weights of the element's point; zero beyond its corners.
     pub weights: [f64; 3],
     pub on_element: Vector3<f64>,
@@ -39,7 +39,7 @@ impl Pair {
 
 /// The nearest points of an element with one to three corners and a triangle. Where they cross, some point of both.
 #[inline(always)]
-pub(super) fn nearest_pair(element: &[Vector3<f64>], triangle: [Vector3<f64>; 3]) -> Pair {
+pub(crate) fn nearest_pair(element: &[Vector3<f64>], triangle: [Vector3<f64>; 3]) -> Pair {
     let mut best = Pair::NONE;
     let on_triangle = NearestPoints::new(element, &triangle);
     for (index, corner) in element.iter().enumerate() {

@@ -4,10 +4,12 @@
 //! Let q be the point of a closed surface nearest to x, on a face, an edge or a corner. With α_f the angle of face f at
 //! that feature (π for both faces of an edge), n = Σ α_f n_f satisfies: x is inside if and only if n·(x − q) < 0.
 
+use sdf_core::Aabb;
 use sdf_core::nalgebra::Vector3;
 
 use crate::TriangleMesh;
 use crate::mesh::topology::{HalfEdge, OrientedMesh, same_edge};
+use crate::rounding::{FOLD_NORMAL_SQ, MAX_OFFSET, max_coordinate};
 use crate::triangle::{TriangleFeature, area_vector, is_sliver};
 
 /// Outward normals of all features of a mesh. Those of edges and corners have any length.
@@ -76,6 +78,28 @@ impl PseudoNormals {
         let edges = (0..self.faces.len()).flat_map(|triangle| [0, 1, 2].map(|edge| self.edge(triangle, edge)));
         let mut normals = self.faces.iter().chain(&self.points).copied().chain(edges);
         normals.all(|normal| normal != Vector3::zeros())
+    }
+
+    /// Why rounding may hide on which side of a solid a point is; `None` if it does not.
+    pub fn doubt(&self, bounds: &Aabb) -> Option<&'static str> {
+        if self.has_folds() {
+            Some("folded shut at an edge or a corner")
+        } else if max_coordinate(bounds) > MAX_OFFSET * bounds.diagonal() {
+            Some("far from the origin")
+        } else {
+            None
+        }
+    }
+
+    /// Is an edge or a corner folded so far that rounding can hide on which side of it a point is?
+    fn has_folds(&self) -> bool {
+        let is_folded = |normal: &Vector3<f64>| normal.norm_squared() <= FOLD_NORMAL_SQ;
+        // Both of its triangles have a normal.
+        let is_known = |triangle: usize, edge: usize| (self.edges[triangle][edge] as usize) < self.faces.len();
+        let has_folded_edge =
+            |triangle: usize| (0..3).any(|edge| is_known(triangle, edge) && is_folded(&self.edge(triangle, edge)));
+        let mut corners = self.points.iter().filter(|normal| **normal != Vector3::zeros());
+        corners.any(is_folded) || (0..self.faces.len()).any(has_folded_edge)
     }
 
     /// Unit normal of a face, or zero.

@@ -8,6 +8,7 @@ mod distances;
 mod error_regions;
 mod flat_meshes;
 mod flood_fill;
+mod folded;
 mod inner_faces;
 mod inner_shells;
 mod lattices;

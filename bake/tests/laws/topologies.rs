@@ -32,7 +32,7 @@ fn assert_verdict(mesh: &Mesh, wanted: Topology, verdict: &str) {
 }
 
 #[test]
-fn a_closed_shell_gets_its_signs_from_pseudo_normals() {
+fn a_closed_shell_gets_its_signs_from_pseudo_normals_unless_rounding_hides_them() {
     let mut random = Random::from_env();
     for mesh in [
         meshes::tetrahedron(),
@@ -41,9 +41,16 @@ fn a_closed_shell_gets_its_signs_from_pseudo_normals() {
         meshes::torus(1.0, 0.3, 20, 10),
         meshes::l_solid().refined(),
         meshes::star(2, 4, 1.5),
-        meshes::leaning_spike(1e-4),
+        meshes::leaning_spike(0.1),
     ] {
         assert_verdict(&mesh, CLOSED_SHELL, "pseudo-normal: closed, consistently wound, one shell");
+    }
+    // Rounding would decide there.
+    for (mesh, doubt) in [
+        (meshes::leaning_spike(1e-6), "folded shut at an edge or a corner"),
+        (meshes::cube().moved(1e6, 0.0, 0.0), "far from the origin"),
+    ] {
+        assert_verdict(&mesh, CLOSED_SHELL, &format!("winding: closed, consistently wound, one shell, {doubt}"));
     }
 }
 

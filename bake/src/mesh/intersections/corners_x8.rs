@@ -3,7 +3,7 @@
 use sdf_core::Aabb;
 
 use super::{Corners, Plane};
-use crate::rounding::{DETERMINANT_ROUNDING, MIN_VOLUME};
+use crate::rounding::{DETERMINANT_ROUNDING, FOLD_SINE, MIN_VOLUME};
 use crate::simd::{LANES, Lanes, VectorX8, bits_of, dot, max, min};
 
 /// [`CornersX8::not_apart`] of many triangles, without those [apart by their own planes](CornersX8::apart_by_own_planes) and, with
@@ -14,6 +14,8 @@ pub(super) struct FindNotApart<'a> {
     pub plane: &'a Plane,
     pub triangle: Corners<'a>,
     pub ignores_apart: bool,
+    /// Triangles within it are not apart.
+    pub gap: f64,
     pub masks: &'a mut [u32],
 }
 
@@ -25,7 +27,7 @@ impl pulp::NullaryFnOnce for FindNotApart<'_> {
         for (triangles, mask) in self.triangles.iter().zip(self.masks) {
             *mask = triangles.not_apart(self.bounds, self.plane, self.triangle.0);
             if *mask != 0 {
-                *mask &= !triangles.apart_by_own_planes(self.triangle);
+                *mask &= !triangles.apart_by_own_planes(self.triangle, self.gap);
             }
             if self.ignores_apart && *mask != 0 {
                 *mask &= !triangles.apart_around_corner(self.triangle);
@@ -73,7 +75,7 @@ impl CornersX8 {
                 let is_shared = (point == points[0]) | (point == points[1]) | (point == points[2]);
                 let offset = [0, 1, 2].map(|axis: usize| self.positions[corner][axis][lane] - plane.origin[axis]);
                 let side = dot(plane.normal.into(), offset);
-                let rounding = dot(plane.rounding.into(), offset.map(f64::abs)) + MIN_VOLUME;
+                let rounding = dot(plane.rounding.into(), offset.map(f64::abs)) + plane.slack;
                 are_above &= is_shared | (side > rounding);
                 are_below &= is_shared | (side < -rounding);
                 is_any |= !is_shared;
@@ -85,9 +87,9 @@ impl CornersX8 {
 
     /// Bits of the triangles whose own planes certainly have all corners of another, except for those that both share, on one side.
     #[inline(always)]
-    pub fn apart_by_own_planes(&self, (points, corners): Corners) -> u32 {
+    pub fn apart_by_own_planes(&self, (points, corners): Corners, gap: f64) -> u32 {
         let [first, second, third] = &self.positions;
-        let (mut normal, mut rounding) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
+        let (mut normal, mut rounding, mut slack) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3], [MIN_VOLUME; LANES]);
         // As in `Plane::new`.
         for axis in 0..3 {
             let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
@@ -96,6 +98,7 @@ impl CornersX8 {
                 let negative = (second[last][lane] - first[last][lane]) * (third[next][lane] - first[next][lane]);
                 normal[axis][lane] = positive - negative;
                 rounding[axis][lane] = (positive.abs() + negative.abs()) * DETERMINANT_ROUNDING;
+                slack[lane] += normal[axis][lane].abs() * gap;
             }
         }
         let (mut are_above, mut are_below, mut is_any) = ([true; LANES], [true; LANES], [false; LANES]);
@@ -109,8 +112,8 @@ impl CornersX8 {
                 let z = corner.z - first[2][lane];
                 let side = normal[0][lane] * x + normal[1][lane] * y + normal[2][lane] * z;
                 let error = rounding[0][lane] * x.abs() + rounding[1][lane] * y.abs() + rounding[2][lane] * z.abs();
-                are_above[lane] &= is_shared | (side > error + MIN_VOLUME);
-                are_below[lane] &= is_shared | (side < -(error + MIN_VOLUME));
+                are_above[lane] &= is_shared | (side > error + slack[lane]);
+                are_below[lane] &= is_shared | (side < -(error + slack[lane]));
                 is_any[lane] |= !is_shared;
             }
         }
@@ -122,7 +125,7 @@ impl CornersX8 {
     }
 
     /// Bits of the triangles that share one corner with another and are certainly apart from it but for that corner
-    /// ([`are_apart_across_centroids`](super::are_apart_across_centroids)).
+    /// ([`are_apart_across_centroids`](super::are_apart_across_centroids)), by more than [`FOLD_SINE`].
     #[inline(always)]
     pub fn apart_around_corner(&self, (points, corners): Corners) -> u32 {
         let [p, q, r] = points.map(u64::from);
@@ -175,11 +178,11 @@ impl CornersX8 {
     }
 }
 
-/// normal · (point − origin) in one lane, and how much of it rounding may be, as in [`Plane::certain_side`].
+/// normal · (point − origin) in one lane, and how much of it a point may have that is nearly in the plane.
 #[inline(always)]
 fn side_of([normal, origin]: [&VectorX8<f64>; 2], lane: usize, point: [f64; 3]) -> [f64; 2] {
     let x = normal[0][lane] * (point[0] - origin[0][lane]);
     let y = normal[1][lane] * (point[1] - origin[1][lane]);
     let z = normal[2][lane] * (point[2] - origin[2][lane]);
-    [x + y + z, (x.abs() + y.abs() + z.abs()) * DETERMINANT_ROUNDING + MIN_VOLUME]
+    [x + y + z, (x.abs() + y.abs() + z.abs()) * FOLD_SINE + MIN_VOLUME]
 }

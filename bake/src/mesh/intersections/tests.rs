@@ -20,11 +20,14 @@ fn coarse_triangles(state: &mut u64) -> [([u32; 3], [Vector3<f64>; 3]); 2] {
     [[0, 1, 2], [3, 4, 5]].map(|corners| (corners.map(|c| first_at(c) as u32), corners.map(|c| points[c])))
 }
 
+/// Wide enough that some pairs are parted by planes, and nearer.
+const GAP: f64 = 0.4;
+
 #[test]
 fn a_pair_that_is_rejected_early_does_not_intersect() {
     let mut state = 23;
     let (mut intersecting, mut rejected, mut across_edge) = (0, 0, 0);
-    let (mut apart, mut off_planes, mut around_corner) = ([0; 2], [0; 2], 0);
+    let (mut apart, mut off_planes, mut around_corner, mut beyond_gap) = ([0; 2], [0; 2], 0, 0);
     for _ in 0..200_000 {
         let triangles = coarse_triangles(&mut state);
         if triangles.iter().any(|(_, corners)| area_vector(*corners) == Vector3::zeros()) {
@@ -37,7 +40,7 @@ fn a_pair_that_is_rejected_early_does_not_intersect() {
         let wanted = if is_flat { overlap_in_plane(*a.1, *b.1) } else { crosses };
         intersecting += usize::from(wanted);
         assert_eq!(intersect(a, b), wanted, "{a:?} {b:?}");
-        let planes = [a, b].map(|(_, corners)| Plane::new(corners));
+        let planes = [a, b].map(|(_, corners)| Plane::new(corners, 0.0));
         let is_rejected = planes[0].separates(b, a.0);
         assert!(!is_rejected || !wanted && !are_in_contact(a, b), "{a:?} {b:?}");
         rejected += usize::from(is_rejected);
@@ -46,7 +49,13 @@ fn a_pair_that_is_rejected_early_does_not_intersect() {
             apart[shared] += 1;
         }
         let of_b = CornersX8::new(&[0], |_| b);
-        assert_eq!(of_b.apart_by_own_planes(a) & 1 != 0, planes[1].separates(a, b.0), "{a:?} {b:?}");
+        assert_eq!(of_b.apart_by_own_planes(a, 0.0) & 1 != 0, planes[1].separates(a, b.0), "{a:?} {b:?}");
+        let by_own_plane = of_b.apart_by_own_planes(a, GAP) & 1 != 0;
+        assert_eq!(by_own_plane, Plane::new(b.1, GAP).separates(a, b.0), "{a:?} {b:?}");
+        if shared == 0 && (by_own_plane || Plane::new(a.1, GAP).separates(b, a.0)) {
+            assert!(nearest_pair(a.1, *b.1).distance_sq > GAP * GAP, "{a:?} {b:?}");
+            beyond_gap += 1;
+        }
         if of_b.apart_around_corner(a) & 1 != 0 {
             assert!(!wanted && shared == 1, "{a:?} {b:?}");
             around_corner += 1;
@@ -60,7 +69,8 @@ fn a_pair_that_is_rejected_early_does_not_intersect() {
             off_planes[shared] += 1;
         }
     }
-    let counts = apart.iter().chain(&off_planes).chain([&intersecting, &rejected, &across_edge, &around_corner]);
+    let counts =
+        apart.iter().chain(&off_planes).chain([&intersecting, &rejected, &across_edge, &around_corner, &beyond_gap]);
     assert!(counts.clone().all(|count| *count > 500), "{:?}", counts.collect::<Vec<_>>());
 }
 
@@ -76,7 +86,7 @@ fn a_side_that_is_certain_is_that_of_the_exact_predicate() {
         let [a, b, c] = triangle;
         // As near to the plane as coordinates allow.
         let point = a + (b - a) * random(&mut state) + (c - a) * random(&mut state);
-        let side = Plane::new(&triangle).certain_side(&point);
+        let side = Plane::new(&triangle, 0.0).certain_side(&point);
         let exact = -side_of_plane(triangle, point);
         assert!(side == 0.0 || side * exact > 0.0, "{triangle:?} {point:?} {side:e} {exact:e}");
         (certain, hidden) = (certain + usize::from(side != 0.0), hidden + usize::from(side == 0.0 && exact != 0.0));
