@@ -122,13 +122,13 @@ pub enum InvalidMesh {
         /// Number of points.
         points: usize,
     },
-    /// A coordinate is NaN or infinite.
+    /// A coordinate of a triangle's corner is NaN or infinite.
     #[error("point {point} has a coordinate that is not finite")]
     NotFinite {
         /// Index of the point.
         point: usize,
     },
-    /// A coordinate exceeds 1e30 in magnitude.
+    /// A coordinate of a triangle's corner exceeds 1e30 in magnitude.
     #[error("the point {position:?} is too far out: a coordinate is beyond ±1e30")]
     TooFarOut {
         /// Index of the point.
@@ -195,22 +195,21 @@ impl TriangleMesh {
         })
     }
 
-    /// Are all coordinates finite and in range, and all indices those of points?
+    /// Are all indices those of points, whose coordinates are finite and in range? Points that no triangle uses may be anything.
     pub(crate) fn check(points: &[[f64; 3]], triangles: &[[u32; 3]]) -> Result<(), InvalidMesh> {
         if triangles.is_empty() {
             return Err(InvalidMesh::NoTriangles);
         }
-        for (point, coordinates) in points.iter().enumerate() {
-            if coordinates.iter().any(|x| !x.is_finite()) {
+        for (corner, &index) in triangles.as_flattened().iter().enumerate() {
+            let point = index as usize;
+            let Some(&position) = points.get(point) else {
+                return Err(InvalidMesh::IndexOutOfRange { triangle: corner / 3, index, points: points.len() });
+            };
+            if position.iter().any(|x| !x.is_finite()) {
                 return Err(InvalidMesh::NotFinite { point });
             }
-            if coordinates.iter().any(|x| x.abs() > MAX_COORDINATE) {
-                return Err(InvalidMesh::TooFarOut { point, position: *coordinates });
-            }
-        }
-        for (triangle, corners) in triangles.iter().enumerate() {
-            if let Some(&index) = corners.iter().find(|index| **index as usize >= points.len()) {
-                return Err(InvalidMesh::IndexOutOfRange { triangle, index, points: points.len() });
+            if position.iter().any(|x| x.abs() > MAX_COORDINATE) {
+                return Err(InvalidMesh::TooFarOut { point, position });
             }
         }
         Ok(())

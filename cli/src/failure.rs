@@ -2,20 +2,39 @@
 //! has printed its own.
 
 use std::ffi::OsStr;
-use std::io::ErrorKind;
+use std::io::{ErrorKind, Write, stdout};
+use std::process::ExitCode;
 
+use anyhow::Context;
 use clap::error::ErrorKind as Usage;
 use serde_json::json;
 
 use crate::report::print_json;
 
-/// Reports wrong usage and ends the program with status 2; help and version end it with 0.
-pub fn exit_on_usage(error: &clap::Error) -> ! {
-    if !matches!(error.kind(), Usage::DisplayHelp | Usage::DisplayVersion) && is_json_wanted() {
+/// Prints help and version, which were asked for, and reports wrong usage; the exit status.
+pub fn end_on_usage(error: &clap::Error) -> ExitCode {
+    if matches!(error.kind(), Usage::DisplayHelp | Usage::DisplayVersion) {
+        return end(error.print().and_then(|()| stdout().flush()).context("standard output"));
+    }
+    if is_json_wanted() {
         let text = error.render().to_string();
         print_object(&usage_sentence(&text));
     }
-    error.exit()
+    // Where standard error cannot be written to, the exit status remains.
+    let _ = error.print();
+    ExitCode::from(2)
+}
+
+/// Reports what went wrong, unless that is a reader who has seen enough; the exit status.
+pub fn end(result: anyhow::Result<()>) -> ExitCode {
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
+        Err(error) => {
+            report(&error);
+            ExitCode::from(status(&error))
+        }
+    }
 }
 
 /// The first paragraph on one line, without the usage and advice that follow. Its later lines name arguments or values.
@@ -82,7 +101,7 @@ impl std::fmt::Display for Mismatch {
 impl std::error::Error for Mismatch {}
 
 /// Exit status: 2 for wrong usage, 3 where some of several meshes were baked and others not, else 1.
-pub fn status(error: &anyhow::Error) -> u8 {
+fn status(error: &anyhow::Error) -> u8 {
     let some = error.downcast_ref::<FleetFailure>().is_some_and(|fleet| fleet.failed < fleet.all);
     match error.is::<WrongUsage>() {
         true => 2,
@@ -92,7 +111,7 @@ pub fn status(error: &anyhow::Error) -> u8 {
 }
 
 /// `true` if the reader of our output has seen enough, as `head` does.
-pub fn is_broken_pipe(error: &anyhow::Error) -> bool {
+fn is_broken_pipe(error: &anyhow::Error) -> bool {
     let io = error.chain().find_map(|cause| cause.downcast_ref::<std::io::Error>());
     io.is_some_and(|io| io.kind() == ErrorKind::BrokenPipe)
 }

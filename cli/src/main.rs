@@ -37,21 +37,20 @@ use args::{Args, Command};
 static ENDING: Mutex<()> = Mutex::new(());
 
 fn main() -> ExitCode {
-    let Args { command } = Args::try_parse().unwrap_or_else(|error| failure::exit_on_usage(&error));
+    let command = match Args::try_parse() {
+        Ok(Args { command }) => command,
+        Err(error) => return failure::end_on_usage(&error),
+    };
     if let Err(what) = command.check() {
-        failure::exit_on_usage(&conflict(what));
+        return failure::end_on_usage(&conflict(what));
     }
     let ending = || (ENDING.lock().unwrap_or_else(PoisonError::into_inner), sdf_formats::remove_temporaries());
     let result = signals::end_with(ending).and_then(|()| roles::check(&command)).and_then(|()| run(&command));
     // Never given back.
     std::mem::forget(ENDING.lock().unwrap_or_else(PoisonError::into_inner));
-    match result {
-        Ok(()) => signals::status().map_or(ExitCode::SUCCESS, ExitCode::from),
-        Err(error) if failure::is_broken_pipe(&error) => ExitCode::SUCCESS,
-        Err(error) => {
-            failure::report(&error);
-            ExitCode::from(failure::status(&error))
-        }
+    match (&result, signals::status()) {
+        (Ok(()), Some(status)) => ExitCode::from(status),
+        _ => failure::end(result),
     }
 }
 

@@ -294,7 +294,7 @@ impl Field {
             let band =
                 if options.band.is_none() && grid.band().is_finite() { grid.band() } else { wanted.min(grid.band()) };
             let bytes = export::nvdb(&grid, name, band).ok_or(ExportError::NoSurface { nodes: lattice.nodes() })?;
-            return Ok(Exported { band: Some(band), ..Exported::new(bytes, lattice) });
+            return Ok(Exported { band: Some(band), has_lost_surface, ..Exported::new(bytes, lattice) });
         }
         // Decoded samples, and the bytes of the file.
         require(&lattice, 8.0)?;

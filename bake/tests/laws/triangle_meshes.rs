@@ -1,6 +1,6 @@
 //! Checks of a mesh before it is baked.
 
-use sdf_bake::{InvalidMesh, MeshReport, TriangleMesh};
+use sdf_bake::{InvalidMesh, MeshReport, Repairs, TriangleMesh};
 
 use crate::meshes;
 
@@ -44,6 +44,29 @@ fn points_that_no_triangle_uses_are_counted_and_do_not_widen_the_box() {
     let mesh = TriangleMesh::new(&points, &[[0, 1, 2]]).unwrap();
     assert_eq!(mesh.report(), MeshReport { unreferenced_points: 3, ..MeshReport::default() });
     assert_eq!((mesh.bounds().min, mesh.bounds().max), ([0.0; 3], [1.0, 1.0, 0.0]));
+}
+
+#[test]
+fn points_that_no_triangle_uses_may_be_anything() {
+    let crossing = meshes::cube().and(meshes::cube().moved(0.3, 0.4, 0.5));
+    let bad = [[f64::NAN; 3], [0.0, f64::INFINITY, 0.0], [1e300, 0.0, f64::MIN]];
+    for (name, mesh) in [("open", meshes::cube().without(&[5])), ("crossing", crossing)] {
+        let points = [&[[f64::NEG_INFINITY; 3]], &mesh.coordinates()[..], &bad].concat();
+        let triangles: Vec<_> = mesh.triangles.iter().map(|corners| corners.map(|corner| corner + 1)).collect();
+        for repairs in [Repairs::default(), Repairs { weld: Some(1e-3), close: Some(9.0) }] {
+            let clean = repairs.apply(&mesh.coordinates(), &mesh.triangles).unwrap().without_inner_faces();
+            let padded = repairs.apply(&points, &triangles).unwrap().without_inner_faces();
+            assert_eq!((padded.bounds(), padded.packed()), (clean.bounds(), clean.packed()), "{name}");
+            assert_eq!(padded.report(), MeshReport { unreferenced_points: 4, ..clean.report() }, "{name}");
+            let [clean, padded] = [&clean, &padded].map(|mesh| sdf_bake::MeshDistance::new(mesh, None));
+            let steps =
+                (0..512).map(|step| [step % 8, step / 8 % 8, step / 64].map(|step| 0.4 * f64::from(step) - 1.3));
+            for point in steps {
+                let found = [&padded, &clean].map(|distance| distance.signed_distance(point));
+                assert_eq!(found[0].to_bits(), found[1].to_bits(), "{name}: {point:?}");
+            }
+        }
+    }
 }
 
 #[test]
@@ -104,7 +127,7 @@ fn an_invalid_mesh_is_refused_with_the_index_of_its_error() {
     for far in [1.000_001e30, -1e31, f64::MAX] {
         let mut points = CORNERS;
         points[3][2] = far;
-        assert_eq!(refusal(&points, &[[0, 1, 2]]), InvalidMesh::TooFarOut { point: 3, position: points[3] });
+        assert_eq!(refusal(&points, &[[0, 1, 2], [0, 1, 3]]), InvalidMesh::TooFarOut { point: 3, position: points[3] });
     }
     assert_eq!(refusal(&CORNERS, &[[1, 1, 1]]), InvalidMesh::NoExtent { side: 0.0 });
     let tiny = CORNERS.map(|p| p.map(|x| x * 0.99e-30));

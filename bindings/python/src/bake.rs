@@ -13,7 +13,7 @@ use sdf_field::core::grid::owned::{Layout, Precision};
 use sdf_field::{BakeError, BakeOptions, Baked, Field, GridSize, InnerFaces, MaxError, MeshView, Progress, Threads};
 
 use crate::arrays;
-use crate::errors::{choice, type_error, value_error};
+use crate::errors::{choice, type_error, value_error, warn};
 use crate::integers;
 use crate::mesh::{Mesh, sign_method};
 use crate::pools;
@@ -24,7 +24,7 @@ pub const POLL: Duration = Duration::from_millis(50);
 
 /// Bakes a mesh into a grid of signed distances, negative inside: bake(mesh, res=128) or bake(vertices, faces, res=128).
 ///
-/// (trimesh and pysdf are positive inside.) Ctrl-C ends it.
+/// (trimesh and pysdf are positive inside.) Ctrl-C ends it. A UserWarning tells of a solid that no node is inside of.
 ///
 /// mesh: an object with .vertices and .faces (trimesh) or .triangles (Open3D), or vertices (n, 3) and faces (m, 3).
 /// res: cells along the longest side of the mesh's box [default: 64]. voxel_size: side of a cell, in the unit of the mesh.
@@ -80,7 +80,12 @@ pub fn bake(
     }
     let view = mesh.view();
     let baked = bake_interruptible(py, view.points.to_vec(), view.faces.to_vec(), options, threads, progress)?;
-    baked.map(|baked| Sdf(baked.field)).map_err(value_error)
+    let baked = baked.map_err(value_error)?;
+    if let Some(voxel) = baked.thin_voxel() {
+        let thin = "no node is inside the solid: it is thinner than a voxel of";
+        warn(py, &format!("{thin} {voxel:.2e}: bake with smaller voxels"))?;
+    }
+    Ok(Sdf(baked.field))
 }
 
 fn size(res: Option<u32>, voxel_size: Option<f64>, max_error: Option<MaxError>) -> PyResult<GridSize> {

@@ -1,12 +1,14 @@
 //! Which exception has an error? Arguments of a wrong kind: TypeError. Of a wrong value: ValueError. Files: OSError. A card that is
-//! missing or fails: RuntimeError. What cannot be allocated of a file: MemoryError.
+//! missing or fails: RuntimeError. What cannot be allocated of a file: MemoryError. A result that is likely not what was wanted: UserWarning.
 
+use std::ffi::CString;
 use std::fmt::Display;
 use std::io;
 use std::path::Path;
 
 use pyo3::exceptions::{
-    PyFileNotFoundError, PyMemoryError, PyOSError, PyPermissionError, PyRuntimeError, PyTypeError, PyValueError,
+    PyFileNotFoundError, PyMemoryError, PyOSError, PyPermissionError, PyRuntimeError, PyTypeError, PyUserWarning,
+    PyValueError,
 };
 use pyo3::prelude::*;
 use sdf_field::cuda::{CudaError, GpuError};
@@ -18,6 +20,11 @@ pub fn value_error(error: impl Display) -> PyErr {
 
 pub fn type_error(error: impl Display) -> PyErr {
     PyTypeError::new_err(error.to_string())
+}
+
+/// Calls `warnings.warn` for the caller's line; an error where the caller makes one of warnings.
+pub fn warn(py: Python, text: &str) -> PyResult<()> {
+    PyErr::warn(py, &py.get_type::<PyUserWarning>(), &CString::new(text)?, 1)
 }
 
 /// OSError where the system refused, else ValueError: the file is not what it should be.

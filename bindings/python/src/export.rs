@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use sdf_field::export::{ExportError, ExportFormat, ExportOptions};
 use sdf_field::{Field, Threads};
 
-use crate::errors::{choice, io_error, value_error};
+use crate::errors::{choice, io_error, value_error, warn};
 use crate::{integers, pools};
 
 /// What is asked of an export, and in which format.
@@ -38,12 +38,17 @@ impl Export {
         })
     }
 
-    /// Writes the files, and gives their paths.
+    /// Writes the files, and gives their paths. Warns of a shape that no sample is inside of.
     pub fn write(&self, py: Python, field: &Field, path: &PathBuf, threads: Option<i64>) -> PyResult<Vec<PathBuf>> {
         let written = pools::run(py, threads, || field.export_to(path, self.format, &self.options))?;
-        written.map(|written| written.files).map_err(|error| match &error {
+        let written = written.map_err(|error| match &error {
             ExportError::Unwritable(path, cause) => io_error(cause, path, &format!("{}: {cause}", path.display())),
             _ => value_error(&error),
-        })
+        })?;
+        if written.has_lost_surface {
+            let empty = ExportError::NoSurface { nodes: written.lattice.nodes() };
+            warn(py, &format!("{}: the shape is thinner than the cells: {empty}", path.display()))?;
+        }
+        Ok(written.files)
     }
 }

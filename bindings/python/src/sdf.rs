@@ -151,7 +151,7 @@ impl Sdf {
     /// Writes a file of another program, whole or not at all, and gives the paths of what was written: docs/exports.md.
     ///
     /// format: "nvdb", "raw", "npy", "nrrd", "vtkhdf", "glb", "blob", "c" or "rust"; by default that of the path's ending. Values are
-    /// negative inside.
+    /// negative inside. A UserWarning tells of a shape that is thinner than the cells, and is lost.
     /// res: cells along the longest side [default: a grid's own nodes, 128 of a closed form].
     /// band: half width of a NanoVDB level set, in cells.
     #[pyo3(signature = (path, format=None, *, res=None, band=None, threads=None))]

@@ -1,11 +1,12 @@
 """Files of other programs."""
 
 import json
+import warnings
 
 import numpy as np
 import pytest
 import sdftool
-from conftest import dented_ball
+from conftest import dented_ball, sheet
 
 FORMATS = ["nvdb", "raw", "npy", "nrrd", "vtkhdf", "glb"]
 
@@ -63,3 +64,34 @@ def test_every_ending_that_the_advice_names_is_one(tmp_path):
     assert len(endings) == 9
     for ending in endings:
         assert sdftool.sphere(1.0).export(tmp_path / f"ball{ending}", res=4)
+
+
+def plate(thickness):
+    """A closed plate of 2 by 2."""
+    corners = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-0.5 * thickness, 0.5 * thickness)])
+    sides = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    return corners, [face for a, b, c, d in sides for face in ([a, b, c], [a, c, d])]
+
+
+@pytest.mark.parametrize("name", ["nvdb", "raw", "npy", "nrrd", "vtkhdf", "blob", "c", "rust"])
+def test_a_shape_that_the_cells_lose_is_warned_of(name, tmp_path):
+    thin = sdftool.cuboid((1.0, 1.0, 0.0065))
+    with pytest.warns(UserWarning, match=r"plate: the shape is thinner than the cells: the surface is empty: between 137 × 137 ×") as told:
+        assert thin.export(tmp_path / "plate", name)[0].exists()
+    # Warnings name the caller's line.
+    assert len(told) == 1 and told[0].filename == __file__
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        thin.export(tmp_path / "plate", name, res=512)
+        # A sheet has no inside to lose.
+        sdftool.bake(*sheet(4), res=16).export(tmp_path / "sheet", name, res=8)
+
+
+def test_a_solid_that_no_node_is_inside_of_is_warned_of():
+    with pytest.warns(UserWarning, match="no node is inside the solid: it is thinner than a voxel of 3.12e-2: bake with smaller voxels") as told:
+        thin = sdftool.bake(*plate(0.01), res=64)
+    assert thin.values.min() > 0.0 and len(told) == 1 and told[0].filename == __file__
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        sdftool.bake(*plate(0.1), res=64)
+        sdftool.bake(*sheet(4), res=16)

@@ -195,6 +195,25 @@ def test_elements_that_are_not_finite_are_counted_and_the_first_is_named():
     assert len(GRID.contacts(TORN, whole)) > 0
 
 
+def test_vertices_that_no_face_uses_may_be_anything():
+    padded, clean = np.concatenate([VERTICES, [[math.nan] * 3, [math.inf, 0.0, 0.0], [1e200, 0.0, 0.0]]]), VERTICES
+    calls = [
+        lambda vertices: sdftool.bake(vertices, FACES, res=8).values,
+        lambda vertices: sdftool.bake(vertices, FACES, res=8, layout="sparse", sign="winding", inner_faces="keep")(VERTICES),
+        lambda vertices: sdftool.bake(vertices, FACES, res=8, keep_mesh=True).contacts(*sheet(4), exact=True),
+        lambda vertices: sdftool.signed_distance(vertices, FACES, 0.5 * VERTICES),
+        lambda vertices: GRID.contacts(vertices, FACES),
+        lambda vertices: KEPT.contacts(vertices, FACES, exact=True),
+        lambda vertices: GRID.contacts(vertices, FACES, elements="edges"),
+        lambda vertices: GRID.contacts(vertices, FACES, clusters=sdftool.MeshClusters(vertices, FACES)),
+        lambda vertices: GRID.first_touches(vertices + [3.0, 0.0, 0.0], FACES, end=vertices, tolerance=1e-4)[1],
+    ]
+    for call in calls:
+        assert np.array_equal(call(padded), call(clean))
+    with pytest.raises(ValueError, match="^3 vertices have coordinates that are not finite or too large, vertex 62 the first$"):
+        GRID.contacts(padded, FACES, elements="vertices")
+
+
 SPARSE = sdftool.bake(VERTICES, FACES, res=16, layout="sparse", band=1)
 DEEP = [
     SPARSE.moved([1.0, 0.0, 0.0]),

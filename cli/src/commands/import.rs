@@ -1,9 +1,9 @@
 //! Makes a grid of a field of another program.
 
 use anyhow::{Context, Result, bail};
-use sdf_core::Sdf;
 use sdf_core::grid::owned::OwnedGrid;
 use sdf_core::nalgebra::Vector3;
+use sdf_core::{EnclosedSdf, Sdf};
 use sdf_field::file::Compression;
 use sdf_field::import::ImportFormat;
 use sdf_field::{Field, Source, Threads};
@@ -55,7 +55,7 @@ pub fn run(args: &ImportArgs) -> Result<()> {
     let warning = warning(&field, grid);
     let mut rows = vec![
         ("grid", format!("{} nodes, spacing {}", counts(lattice.nodes()), number(lattice.spacing()))),
-        ("slope", format!("at most {}, as measured", number(grid.slope_bound()))),
+        ("slope", slope_row(grid)),
         ("error", "unknown: nothing is certified of samples that were not baked here".to_owned()),
         ("padding", format!("{}: margins of contacts up to it", number(info.padding))),
     ];
@@ -74,6 +74,12 @@ pub fn run(args: &ImportArgs) -> Result<()> {
         "file_bytes": file,
     });
     Report { rows, json }.print_beside(Some(&output), args.json)
+}
+
+/// The slope bound counts how φ goes on outside of the box, at a slope of 1 or more: what was measured is that within.
+fn slope_row(grid: &OwnedGrid) -> String {
+    let measured = grid.enclose_box(&grid.lattice().bounds()).slope_bound;
+    format!("at most {}; {} in the box, as measured", number(grid.slope_bound()), number(measured))
 }
 
 /// Reason to think that the samples are no signed distances of a solid in the box.

@@ -14,6 +14,7 @@ use crate::args::{MethodWord, SimulateArgs};
 use crate::failure::misuse;
 use crate::mesh_input::{is_standard_input, with_path};
 use crate::report::{Report, number, print_json};
+use crate::standard_output::print_bytes;
 use crate::{failure, memory, output, progress, signals};
 
 pub fn run(args: &SimulateArgs) -> Result<()> {
@@ -311,7 +312,7 @@ fn suite(args: &SimulateArgs) -> Result<()> {
                 print_json(&object(path, &spec, method, &outcome))?;
             } else {
                 Report { rows: rows(&spec, &outcome), json: Value::Null }.print(args.json)?;
-                println!();
+                print_bytes(b"\n")?;
             }
             // A smaller scene is another one: what holds of the whole need not hold of it.
             let fault = fault(&spec, method, index == 0, &outcome).filter(|_| !args.small);

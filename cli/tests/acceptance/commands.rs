@@ -354,10 +354,14 @@ fn demo_does_the_whole_job_without_any_input() {
     folder.done("demo");
 }
 
+/// Commands that print help, the version or a script.
+const HELPS: [&str; 6] = ["--help", "-h", "--version", "help bake", "bake --help", "completions bash"];
+
 #[test]
 fn a_pipe_that_closes_early_is_not_an_error() {
     let folder = scene();
-    for words in ["contacts sheet.obj ball.sdf.h5 --json", "info ball.sdf.h5", "info ball.sdf.h5 --json"] {
+    let contacts = ["contacts sheet.obj ball.sdf.h5 --json", "info ball.sdf.h5", "info ball.sdf.h5 --json"];
+    for words in contacts.iter().chain(&HELPS) {
         let (reader, writer) = std::io::pipe().unwrap();
         drop(reader);
         let mut command = std::process::Command::new(crate::folder::SDFTOOL);
@@ -371,7 +375,8 @@ fn a_pipe_that_closes_early_is_not_an_error() {
 #[test]
 fn a_full_output_device_is_an_error() {
     let folder = scene();
-    for words in ["info ball.sdf.h5", "info ball.sdf.h5 --json", "contacts sheet.obj ball.sdf.h5"] {
+    let reports = ["info ball.sdf.h5", "info ball.sdf.h5 --json", "contacts sheet.obj ball.sdf.h5"];
+    for words in reports.iter().chain(&HELPS) {
         let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
         let mut command = std::process::Command::new(crate::folder::SDFTOOL);
         command.args(words.split(' ')).current_dir(folder.path()).stdout(full);

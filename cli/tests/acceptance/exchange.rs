@@ -150,6 +150,27 @@ fn an_import_warns_of_signs_that_no_solid_in_the_box_has() {
 }
 
 #[test]
+fn the_slope_that_an_import_calls_measured_is_that_of_the_samples() {
+    let folder = Folder::new();
+    let constant = |sample: f32| array([4, 5, 6], move |_| sample);
+    let ramp = array([4, 5, 6], |index| 0.25 * (index % 6) as f32 + 0.1);
+    let steep = array([4, 5, 6], |index| 3.0 * (index % 6) as f32 - 7.0);
+    for (samples, bound, measured) in [
+        (constant(1.0), "1.000000", "0.000000"),
+        (constant(-1.0), "1.000000", "0.000000"),
+        (constant(0.0), "1.000000", "0.000000"),
+        (ramp, "1.000000", "0.250000"),
+        // Rounded up.
+        (steep, "3.162279", "3.000001"),
+    ] {
+        folder.write("samples.npy", samples);
+        let rows = folder.done("import samples.npy --spacing 1 -o samples.sdf.h5");
+        says(&rows, &[&format!("slope  at most {bound}; {measured} in the box, as measured\n")]);
+        says(&folder.done("info samples.sdf.h5"), &[&format!("slope  at most {bound}\n")]);
+    }
+}
+
+#[test]
 fn an_import_does_not_replace_the_grid_that_its_file_came_from() {
     let folder = scene();
     let grid = folder.read("ball.sdf.h5");

@@ -61,6 +61,21 @@ fn every_precision_is_baked_described_and_verified() {
     assert!(sizes[0] > sizes[1] && sizes[1] > sizes[2], "{sizes:?}");
 }
 
+/// docs/contacts.md says so of `error_bound`.
+#[test]
+fn the_error_of_a_contact_beyond_the_band_is_known_inside() {
+    let folder = Folder::new();
+    folder.write("ball.obj", Model::ball([0.0; 3], 1.0, 4).obj());
+    folder.write("inner.obj", Model::ball([0.0; 3], 0.2, 1).obj());
+    let spacing = number(&folder.json("bake ball.obj --res 48 --layout sparse"), "spacing");
+    let found = folder.json("contacts inner.obj ball.sdf.h5 --elements vertices");
+    assert!(contacts(&found).len() > 10);
+    for contact in contacts(&found) {
+        let in_voxels = number(contact, "error_bound") / spacing;
+        assert!(contact["status"] == "beyond_band" && (in_voxels / 4.5 / 3_f64.sqrt() - 1.0).abs() < 1e-3, "{contact}");
+    }
+}
+
 #[test]
 fn contacts_within_the_band_are_those_of_the_dense_grid() {
     // Without projected gradient descent, whose steps depend on the grid's slope bound.

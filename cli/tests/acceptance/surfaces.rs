@@ -178,6 +178,7 @@ fn a_shape_that_is_thinner_than_the_cells_is_never_lost_without_a_word() {
         ("view plate.sdf.h5", "plate.html", "take `surface` with a larger --res"),
         ("export plate.sdf.toml --format npy", "plate.npy", "use a larger --res"),
         ("export plate.sdf.toml --format raw", "plate.raw", "use a larger --res"),
+        ("export plate.sdf.toml --format nvdb", "plate.nvdb", "use a larger --res"),
         ("export plate.sdf.h5 --res 20 --format blob", "plate.sdfb", "use a larger --res"),
     ] {
         let (json, line) = warned(&folder, words);

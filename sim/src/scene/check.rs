@@ -1,4 +1,4 @@
-//! Are the numbers of a scene such as it can be run with? Each is refused by its key, with what to give instead.
+//! Are the numbers of a scene such as it can be run with? Each is refused by its body and key, with what to give instead.
 
 use sdf_core::contact::MAX_REDUCED;
 use sdf_procedural::{Bowl, Pot};
@@ -7,7 +7,7 @@ use toml::de::DeValue;
 
 use super::mesh_spec::MeshSpec;
 use super::run::ElementMethod;
-use super::spec::{ObstacleSpec, Reach, SceneSpec, Vary};
+use super::spec::{ClothSpec, ObstacleSpec, Reach, RigidSpec, SceneSpec, SoftSpec, Start, Vary};
 use super::vary::variant_count;
 
 /// Most frames, substeps and copies of a body, so that a mistyped number ends in a message. `Budget` limits all bodies together.
@@ -21,10 +21,6 @@ const MAX_VARIANTS: f64 = 100_000.0;
 
 impl SceneSpec {
     pub(super) fn check(&self) -> Result<(), String> {
-        let is_count = |name: &str, value: u32| match value {
-            1..=MAX_COUNT => Ok(()),
-            _ => Err(format!("{name} = {value}: give a number from 1 to {MAX_COUNT}")),
-        };
         is_positive("rate", self.rate)?;
         is_count("frames", self.frames)?;
         is_count("substeps", self.substeps)?;
@@ -43,51 +39,11 @@ impl SceneSpec {
         if let Some(count) = self.contacts_per_pair.filter(|count| !(1..=MAX_REDUCED).contains(count)) {
             return Err(format!("contacts_per_pair = {count}: give a number from 1 to {MAX_REDUCED}"));
         }
-        self.vary.check(&is_count)?;
-        for cloth in &self.cloth {
-            is_positive("mass", cloth.mass)?;
-            is_not_negative("stretch", cloth.stretch)?;
-            is_not_negative("bend", cloth.bend)?;
-        }
-        let mut starts = self.cloth.iter().map(|cloth| &cloth.start).chain(self.soft.iter().map(|soft| &soft.start));
-        if starts.any(|start| start.spin != [0.0; 3]) {
-            return Err("spin: rigid bodies alone take one: give cloths and soft bodies a velocity".to_owned());
-        }
-        for rigid in &self.rigid {
-            is_positive("mass", rigid.mass)?;
-            let [x, y, z] = rigid.count.map(u64::from);
-            is_count("count", u32::try_from(x.saturating_mul(y).saturating_mul(z)).unwrap_or(u32::MAX))?;
-            let coincide = |axis: &usize| rigid.count[*axis] > 1 && rigid.apart[*axis] == 0.0;
-            if let (None, Some(axis)) = (rigid.start.random, (0..3).find(coincide)) {
-                let (count, axis) = (rigid.count[axis], ["x", "y", "z"][axis]);
-                return Err(format!("apart: {count} bodies along {axis} would be at one place: give their distance"));
-            }
-            is_count("cells", rigid.cells)?;
-        }
-        for soft in &self.soft {
-            is_positive("cell", soft.cell)?;
-            is_positive("density", soft.density)?;
-            is_positive("young", soft.young)?;
-            is_not_negative("padding", soft.padding)?;
-            is_count("cells", soft.cells)?;
-            if !(soft.poisson > 0.0 && soft.poisson < 0.5) {
-                return Err(format!("poisson = {}: give a number between 0 and 0.5", soft.poisson));
-            }
-        }
-        for ObstacleSpec { mesh, shape, becomes, period, file, cells, .. } in &self.obstacle {
-            is_count("cells", *cells)?;
-            is_positive("period", *period)?;
-            if becomes.is_some() && shape.is_none() {
-                return Err("becomes: give the shape to begin with as shape".to_owned());
-            }
-            if [mesh.is_some(), shape.is_some(), file.is_some()].iter().filter(|is_given| **is_given).count() != 1 {
-                return Err("an obstacle is one of mesh, shape and file: give one of them".to_owned());
-            }
-        }
-        let bodies = self.rigid.iter().map(|rigid| &rigid.mesh).chain(self.soft.iter().map(|soft| &soft.mesh));
-        let obstacles = self.obstacle.iter().filter_map(|obstacle| obstacle.mesh.as_ref());
-        let mut meshes = self.cloth.iter().map(|cloth| &cloth.mesh).chain(bodies).chain(obstacles);
-        meshes.try_for_each(check_mesh)?;
+        self.vary.check()?;
+        check_each("cloth", &self.cloth, ClothSpec::check)?;
+        check_each("rigid", &self.rigid, RigidSpec::check)?;
+        check_each("soft", &self.soft, SoftSpec::check)?;
+        check_each("obstacle", &self.obstacle, ObstacleSpec::check)?;
         self.check_reach()?;
         for word in self.fails.keys() {
             word.parse::<ElementMethod>().map_err(|error| format!("fails: {error}"))?;
@@ -139,9 +95,78 @@ impl SceneSpec {
     }
 }
 
+impl ClothSpec {
+    fn check(&self) -> Result<(), String> {
+        is_positive("mass", self.mass)?;
+        is_not_negative("stretch", self.stretch)?;
+        is_not_negative("bend", self.bend)?;
+        check_spinless(&self.start)?;
+        check_mesh(&self.mesh)
+    }
+}
+
+impl RigidSpec {
+    fn check(&self) -> Result<(), String> {
+        is_positive("mass", self.mass)?;
+        let [x, y, z] = self.count.map(u64::from);
+        is_count("count", u32::try_from(x.saturating_mul(y).saturating_mul(z)).unwrap_or(u32::MAX))?;
+        let coincide = |axis: &usize| self.count[*axis] > 1 && self.apart[*axis] == 0.0;
+        if let (None, Some(axis)) = (self.start.random, (0..3).find(coincide)) {
+            let (count, axis) = (self.count[axis], ["x", "y", "z"][axis]);
+            return Err(format!("apart: {count} bodies along {axis} would be at one place: give their distance"));
+        }
+        is_count("cells", self.cells)?;
+        check_mesh(&self.mesh)
+    }
+}
+
+impl SoftSpec {
+    fn check(&self) -> Result<(), String> {
+        is_positive("cell", self.cell)?;
+        is_positive("density", self.density)?;
+        is_positive("young", self.young)?;
+        is_not_negative("padding", self.padding)?;
+        is_count("cells", self.cells)?;
+        if !(self.poisson > 0.0 && self.poisson < 0.5) {
+            return Err(format!("poisson = {}: give a number between 0 and 0.5", self.poisson));
+        }
+        check_spinless(&self.start)?;
+        check_mesh(&self.mesh)
+    }
+}
+
+impl ObstacleSpec {
+    fn check(&self) -> Result<(), String> {
+        let Self { mesh, shape, becomes, period, file, cells, .. } = self;
+        is_count("cells", *cells)?;
+        is_positive("period", *period)?;
+        if becomes.is_some() && shape.is_none() {
+            return Err("becomes: give the shape to begin with as shape".to_owned());
+        }
+        if [mesh.is_some(), shape.is_some(), file.is_some()].iter().filter(|is_given| **is_given).count() != 1 {
+            return Err("an obstacle is one of mesh, shape and file: give one of them".to_owned());
+        }
+        mesh.as_ref().map_or(Ok(()), check_mesh)
+    }
+}
+
+/// Checks bodies; an error begins with the one that it is about, counted from 1 as in other messages.
+fn check_each<T>(name: &str, bodies: &[T], check: impl Fn(&T) -> Result<(), String>) -> Result<(), String> {
+    (1..)
+        .zip(bodies)
+        .try_for_each(|(number, body)| check(body).map_err(|message| format!("{name} {number}: {message}")))
+}
+
+fn check_spinless(start: &Start) -> Result<(), String> {
+    match start.spin == [0.0; 3] {
+        true => Ok(()),
+        false => Err("spin: rigid bodies alone take one: give cloths and soft bodies a velocity".to_owned()),
+    }
+}
+
 impl Vary {
     /// Checks the values as those of the scene are checked.
-    fn check(&self, is_count: &impl Fn(&str, u32) -> Result<(), String>) -> Result<(), String> {
+    fn check(&self) -> Result<(), String> {
         let positive = [("rate", &self.rate), ("mass_ratio", &self.mass_ratio), ("speed", &self.speed)];
         for (name, values) in positive {
             values.iter().try_for_each(|value| is_positive(name, *value))?;
@@ -187,6 +212,13 @@ fn check_mesh(mesh: &MeshSpec) -> Result<(), String> {
             is_not_negative("radius", rope.radius)
         }
         MeshSpec::File(_) => Ok(()),
+    }
+}
+
+fn is_count(name: &str, value: u32) -> Result<(), String> {
+    match value {
+        1..=MAX_COUNT => Ok(()),
+        _ => Err(format!("{name} = {value}: give a number from 1 to {MAX_COUNT}")),
     }
 }
 

@@ -5,10 +5,11 @@ use std::path::Path;
 use sdf_field::{BakeOptions, Field, GridSize, MeshView, Threads};
 use sdf_sim::scene::{self, Stage};
 
-/// Builds a scene of these tables; the message that refuses it.
+/// Parses and builds a scene of these tables; the message that refuses it.
 fn refused(tables: &str) -> String {
-    let spec = scene::parse(&format!("title = \"all\"\nframes = 1\n{tables}"), "my.toml").unwrap();
-    Stage::build(&spec, Path::new("."), Threads::ONE).map_or_else(|error| error.to_string(), |_| String::new())
+    let spec = scene::parse(&format!("title = \"all\"\nframes = 1\n{tables}"), "my.toml");
+    let stage = spec.and_then(|spec| Stage::build(&spec, Path::new("."), Threads::ONE));
+    stage.map_or_else(|error| error.to_string(), |_| String::new())
 }
 
 #[test]
@@ -24,6 +25,103 @@ fn a_body_is_told_by_its_number_from_one_on_and_by_what_is_wrong() {
     assert_eq!(pinned, "my.toml: cloth 2: it has no vertex 9 to pin: it has 9, from 0 on");
     let lost = refused("[[cloth]]\nmesh.file = \"none.obj\"\n");
     assert!(lost.starts_with("my.toml: cloth 1: ") && lost.contains("none.obj"), "{lost}");
+}
+
+/// All refusals that are about one body: of the second of its kind, where the first is right. Each with its keys and what the message has.
+#[test]
+fn every_refusal_of_a_body_names_it() {
+    const CUBE: &str = "{ cuboid = { half = [0.1, 0.1, 0.1] } }";
+    let sheet = |size: &str| {
+        format!("{{ sheet = {{ cells = [2, 2], size = {size}, height = 9.0, bend = 0.0, floor = 0.0 }} }}")
+    };
+    let net = sheet("[1.0, 1.0]").replace("floor = 0.0", "floor = 0.0, holes = { period = 0, strand = 1 }");
+    let rope = |sizes: &str| {
+        format!("{{ rope = {{ strands = 2, edges = 2, {sizes}, turns = 0.0, height = 1.0, bend = 0.0 }} }}")
+    };
+    let meshes = [
+        ("half = -1: ", CUBE.replacen("0.1", "-1.0", 1)),
+        ("size = 0: ", sheet("[1.0, 0.0]")),
+        ("period = 0: ", net),
+        ("radius = -1: ", "{ spiked-ball = { levels = 1, radius = -1.0 } }".to_owned()),
+        ("rings = 3: ", "{ serpent = { rings = 3, slices = 4, spine = 0.1, every = 2 } }".to_owned()),
+        ("slices = 3: ", "{ serpent = { rings = 4, slices = 3, spine = 0.1, every = 2 } }".to_owned()),
+        ("every = 1: ", "{ serpent = { rings = 4, slices = 4, spine = 0.1, every = 1 } }".to_owned()),
+        ("spine = -1: ", "{ serpent = { rings = 4, slices = 4, spine = -1.0, every = 2 } }".to_owned()),
+        ("thickness = 2: ", "{ bowl = { around = 8, along = 8, thickness = 2.0 } }".to_owned()),
+        ("around = 2: ", "{ bowl = { around = 2, along = 8, thickness = 0.2 } }".to_owned()),
+        ("along = 2: ", "{ pot = { around = 8, along = 2 } }".to_owned()),
+        ("length = 0: ", rope("length = 0.0, radius = 0.1")),
+        ("radius = -1: ", rope("length = 1.0, radius = -1.0")),
+        ("none.obj: ", "{ file = \"none.obj\" }".to_owned()),
+        ("a mesh of about ", "{ pot = { around = 100000, along = 100000 } }".to_owned()),
+    ];
+    let soft = [("cell", "0.1"), ("density", "1.0"), ("young", "1.0"), ("poisson", "0.3")];
+    let still = "{ velocity = [0.0, 0.0, 1.0] }";
+    let spin = ("start", "{ spin = [0.0, 0.0, 1.0] }", "spin: ");
+    let kinds = [
+        (
+            "cloth",
+            vec![("start", still)],
+            vec![
+                ("mass", "0.0", "mass = 0: "),
+                ("stretch", "-1.0", "stretch = -1: "),
+                ("bend", "-1.0", "bend = -1: "),
+                ("pins", "[1000]", "it has no vertex 1000 to pin"),
+                spin,
+            ],
+        ),
+        (
+            "rigid",
+            vec![("start", spin.1)],
+            vec![
+                ("mass", "-1.0", "mass = -1: "),
+                ("mass", "1e-200", "mass = 1e-200: "),
+                ("count", "[0, 1, 1]", "count = 0: "),
+                ("count", "[1, 2, 1]", "apart: "),
+                ("cells", "0", "cells = 0: "),
+            ],
+        ),
+        (
+            "soft",
+            soft.to_vec(),
+            vec![
+                ("cell", "0.0", "cell = 0: "),
+                ("density", "0.0", "density = 0: "),
+                ("young", "0.0", "young = 0: "),
+                ("padding", "-1.0", "padding = -1: "),
+                ("cells", "0", "cells = 0: "),
+                ("poisson", "0.5", "poisson = 0.5: "),
+                ("cell", "1e-30", "a box of "),
+                spin,
+            ],
+        ),
+        (
+            "obstacle",
+            vec![("cells", "8")],
+            vec![
+                ("cells", "0", "cells = 0: "),
+                ("period", "0.0", "period = 0: "),
+                ("becomes", "''", "becomes: "),
+                ("shape", "''", "give one of them"),
+                ("file", "''", "give one of them"),
+            ],
+        ),
+    ];
+    for (kind, keys, faults) in kinds {
+        let body = |changed: (&str, &str)| {
+            let mut keys: std::collections::BTreeMap<_, _> = keys.iter().copied().chain([("mesh", CUBE)]).collect();
+            keys.insert(changed.0, changed.1);
+            keys.iter().fold(format!("[[{kind}]]\n"), |text, (key, value)| format!("{text}{key} = {value}\n"))
+        };
+        let right = body(("mesh", CUBE));
+        assert_eq!(refused(&right), "", "{kind}");
+        let meshes = meshes.iter().map(|(wanted, mesh)| ("mesh", mesh.as_str(), *wanted));
+        for (key, value, wanted) in faults.into_iter().chain(meshes) {
+            let message = refused(&(right.clone() + &body((key, value))));
+            let is_named = message.starts_with(&format!("my.toml: {kind} 2: ")) && message.contains(wanted);
+            assert!(is_named, "{kind}: {key} = {value}: {message:?}");
+        }
+    }
 }
 
 /// Builds a scene of obstacles with files in this folder; its warnings.

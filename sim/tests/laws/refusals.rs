@@ -82,13 +82,13 @@ fn counts_below_those_of_the_document_are_refused_by_their_key() {
             let (before, after) = mesh.split_once(&format!("{key} = ")).unwrap();
             let least: u32 = after[..1].parse().unwrap();
             let refused = parsed(&format!("[[rigid]]\nmesh.{before}{key} = {}{}\n", least - 1, &after[1..]));
-            let wanted = format!("my.toml: {key} = {}: give a whole number of at least {least}", least - 1);
+            let wanted = format!("my.toml: rigid 1: {key} = {}: give a whole number of at least {least}", least - 1);
             assert_eq!(refused.unwrap_err().to_string(), wanted, "{mesh}");
         }
     }
     let net = "[[cloth]]\nmesh.sheet = { cells = [2, 2], size = [1.0, 1.0], height = 9.0, bend = 0.0, floor = 0.0, \
                holes = { period = 0, strand = 1 } }\n";
-    assert_eq!(parsed(net).unwrap_err().to_string(), "my.toml: period = 0: give a whole number of at least 1");
+    assert_eq!(parsed(net).unwrap_err().to_string(), "my.toml: cloth 1: period = 0: give a whole number of at least 1");
 }
 
 #[test]

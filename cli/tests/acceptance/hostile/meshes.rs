@@ -53,6 +53,36 @@ fn a_malformed_mesh_is_refused_with_the_line() {
     says(&bad_mesh(&folder, "half.stl"), &["half.stl"]);
 }
 
+/// So far out that no triangle may be there: it is taken where none is, by every command that reads a mesh.
+#[test]
+fn a_vertex_that_no_face_uses_may_be_anywhere() {
+    let folder = scene();
+    let ball = Model::ball([0.0; 3], 1.0, 2).obj();
+    folder.write("clean.obj", &ball);
+    folder.write("far.obj", format!("{ball}v 1e200 0 -1e40\n"));
+    let outcomes = ["clean.obj", "far.obj"].map(|name| {
+        let mut keys = vec![];
+        for words in [
+            "bake M --res 16 --keep-mesh -o M.h5",
+            "bake M --res 16 --layout sparse --weld 1e-6 --close 1 -o sparse.sdf.h5",
+            "verify M.h5 M --points 500",
+            "contacts M cube.sdf.h5 -o list.csv",
+            "contacts M sphere.sdf.toml",
+            "contacts cube.obj M.h5 --exact",
+            "contacts M cube.sdf.h5 --complete --one-per-feature",
+            "compare M cube.sdf.h5",
+        ] {
+            let words = words.replace('M', name);
+            let json = folder.json(&words);
+            keys.push(["error_bound", "counts", "triangles", "contacts", "deepest"].map(|key| json[key].clone()));
+        }
+        keys
+    });
+    assert_eq!(outcomes[0], outcomes[1]);
+    folder.write("used.obj", format!("{ball}v 1e200 0 0\nf 1 2 -1\n"));
+    says(&folder.refused("bake used.obj --res 16"), &["used.obj: the point [1e200, 0.0, 0.0] is too far out"]);
+}
+
 #[test]
 fn a_mesh_without_faces_is_refused() {
     let folder = scene();
