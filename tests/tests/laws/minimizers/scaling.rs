@@ -113,7 +113,8 @@ fn far_from_the_origin_weights_are_the_same_as_near_it() {
         for method in methods(3, 32) {
             let (was, is) = (method.minimize(&near.field, &simplex), method.minimize(&far, &moved));
             let context = || format!("{method:?} on {simplex:?}: {was:?}, far away {is:?}");
-            assert!((was.sample.value - is.sample.value).abs() < 1e-8, "{}", context());
+            // A search ends where it falls by no more than a millionth of the longest edge.
+            assert!((was.sample.value - is.sample.value).abs() < 1e-6 * simplex.longest_edge(), "{}", context());
             assert!((0..3).all(|k| (was.weights[k] - is.weights[k]).abs() < 1e-4), "{}", context());
         }
     }
