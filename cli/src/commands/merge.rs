@@ -34,15 +34,7 @@ fn report(args: &MergeArgs, grid: &GridOnDisk, time: f64) -> Report<Value> {
     let mut rows = vec![
         ("mesh", format!("{}, {}", info.source.name, counted(info.source.triangles, "triangle"))),
         ("grid", format!("{} nodes, spacing {}", counts(lattice.nodes()), number(lattice.spacing()))),
-        (
-            "bricks",
-            format!(
-                "{} in {}, of {}",
-                counted(slots.len(), "brick"),
-                precision.name(),
-                counted(args.parts.len(), "part")
-            ),
-        ),
+        ("bricks", format!("{} in {}, of {}", slots.len(), precision.name(), counted(args.parts.len(), "part"))),
         ("error", format!("at most {}, {proof}", number(info.error_bound))),
     ];
     rows.extend(warning.iter().map(|warning| ("warning", warning.clone())));

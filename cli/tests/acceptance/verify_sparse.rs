@@ -167,6 +167,32 @@ fn verify_accepts_bricks_larger_than_the_mesh() {
     }
 }
 
+/// Rounding moves positions there, and would decide the side of an edge's normal.
+#[test]
+fn solids_that_rounding_could_turn_inside_out_are_baked_and_verified() {
+    let folder = Folder::new();
+    for (exponent, layout) in [(5, "dense"), (9, "sparse"), (12, "dense"), (12, "sparse")] {
+        let far = 10_f64.powi(exponent);
+        folder.write("ball.obj", Model::ball([far, -far, far], 1.0, 2).obj());
+        let said = folder.done(&format!("bake ball.obj --res 20 --layout {layout}"));
+        says(&said, &["winding: closed, consistently wound, one shell, far from the origin"]);
+        folder.done("verify ball.sdf.h5 ball.obj --points 5000");
+    }
+    // Front and back of a parallelogram, cut along different diagonals.
+    folder.write(
+        "plate.obj",
+        "v 0 0 0\nv 0.3 0.1 0.2\nv 0.4 0.8 -0.2\nv 0.1 0.7 -0.4\nf 1 2 3\nf 1 3 4\nf 1 4 2\nf 2 4 3\n",
+    );
+    for layout in ["dense", "sparse"] {
+        folder.done(&format!("bake plate.obj --res 20 --layout {layout} --keep-mesh"));
+        folder.done("verify plate.sdf.h5 plate.obj --points 5000");
+        folder.write("near.obj", Model::ball([0.2, 0.4, -0.1], 0.3, 3).obj());
+        let found = folder.json("contacts near.obj plate.sdf.h5 --margin 0.1 --exact");
+        let found = found["contacts"].as_array().unwrap();
+        assert!(found.len() > 50 && found.iter().all(|contact| contact["distance"].as_f64().unwrap() > -1e-9));
+    }
+}
+
 /// Through the missing side the sign jumps far from all faces, and the interpolant passes through zero there: that is no fault.
 #[test]
 fn an_open_mesh_is_verified_where_its_sign_jumps_beyond_the_band() {

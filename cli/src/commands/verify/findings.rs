@@ -16,6 +16,9 @@ use crate::args::VerifyArgs;
 /// Tolerance of a node of a dense grid, as a fraction of the mesh's diagonal: many times what f64 rounds of its distance.
 const DENSE_TOLERANCE: f64 = 1e-6;
 
+/// Tolerance of positions far from the origin, as a fraction of the largest coordinate: of nodes, and of the surface's nearest points.
+const POSITION_TOLERANCE: f64 = 64.0 * f64::EPSILON;
+
 /// Relative tolerance of a gradient's norm above a certified bound.
 pub const SLOPE_TOLERANCE: f64 = 1e-6;
 
@@ -165,14 +168,16 @@ impl Findings {
                 (samples, None, None, None)
             }
         };
+        let coordinates = bounds.min.into_iter().chain(bounds.max);
+        let rounding = POSITION_TOLERANCE * coordinates.fold(0.0, |largest: f64, x| largest.max(x.abs()));
         let node_tolerance = match far_values {
             _ if !has_exact_nodes => bound,
             Some(values) => node_rounding(truth, lattice, values.band),
-            None => DENSE_TOLERANCE * truth.bounds().diagonal(),
+            None => DENSE_TOLERANCE * truth.bounds().diagonal() + rounding,
         };
         // A sign may be lost only where a distance is rounded to zero.
         let coarsest = f64::from(code_step(grid.storage().precision(), grid.storage().scales()));
-        let sign_tolerance = if has_exact_nodes { spacing * 1e-6 + coarsest } else { bound };
+        let sign_tolerance = if has_exact_nodes { spacing * 1e-6 + coarsest + rounding } else { bound };
         // Nowhere in a cell with right signs at its nodes is the wrong one farther from the surface than its diagonal.
         let point_sign_tolerance = if bound.is_finite() { bound } else { spacing * 3.0_f64.sqrt() };
         let is_exact = |node: &PointSample| far_values.is_none_or(|values| node.truth.abs() <= values.exact_within);
