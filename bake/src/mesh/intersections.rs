@@ -266,13 +266,14 @@ fn are_back_to_back(a: Corners, b: Corners, orientations: [f64; 2], gap: f64) ->
     };
     match shared {
         0 => nearest_pair(a.1, *b.1).distance_sq <= gap * gap,
-        1 => {
+        // Folded onto each other they face almost opposite ways.
+        1 if normals[0].dot(&normals[1]) < -0.5 * normals[0].norm() * normals[1].norm() => {
             let sides = [across(a, b), across(b, a)];
             let longest = sides.iter().map(|[from, to]| (to - from).norm()).fold(0.0, f64::max);
             let within = gap.max(FOLD_SINE * longest).powi(2);
             sides.iter().zip([b, a]).any(|(side, other)| nearest_pair(side, *other.1).distance_sq <= within)
         }
-        // Folded edges are found by the angles between their faces.
+        // Folded edges are found by their pseudo-normals.
         _ => false,
     }
 }

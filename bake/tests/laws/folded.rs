@@ -96,6 +96,7 @@ fn a_folded_solid_is_told_by_winding_numbers_and_no_solid_to_pseudo_normals() {
     for (mesh, is_certain) in [
         (meshes::cube(), true),
         (meshes::block([0.5, 0.5, 1e-6]), true),
+        (meshes::block([0.5, 0.5, 1e-9]), true),
         (tetrahedron_with_a_flat_side(1e-5), false),
         (meshes::block([0.5, 0.5, 1e-15]), false),
         (meshes::cube().moved(1e6, 0.0, 0.0), false),
