@@ -27,7 +27,7 @@ use sdf_core::nalgebra::Vector3;
 use crate::TriangleMesh;
 use crate::bvh::Bvh;
 use crate::mesh_surface::nearest_pair;
-use crate::rounding::{BACK_TO_BACK_ROUNDING, DETERMINANT_ROUNDING, FOLD_SINE, MIN_VOLUME, max_coordinate};
+use crate::rounding::{BACK_TO_BACK_ROUNDING, DETERMINANT_ROUNDING, FOLD_SINE, MAX_OFFSET, MIN_VOLUME, max_coordinate};
 use crate::simd::LANES;
 use crate::triangle::area_vector;
 use corners_x8::{CornersX8, FindNotApart};
@@ -47,11 +47,14 @@ const MAX_TESTS_PER_TRIANGLE: usize = 256;
 /// Number of pairs of triangles that cross, overlap in one plane, or are [back to back](are_back_to_back); `None` where so many are near each
 /// other that counting them would take too long. Triangles with orientation 0 are ignored.
 pub(crate) fn intersecting_pairs(mesh: &TriangleMesh, tree: &Bvh, orientations: &[f64]) -> Option<usize> {
-    let bounds = mesh.bounds();
-    let gap = BACK_TO_BACK_ROUNDING * (max_coordinate(&bounds) + bounds.diagonal());
+    let (largest, diagonal) = (max_coordinate(&mesh.bounds()), mesh.bounds().diagonal());
+    // So far from the origin no pseudo-normal is asked, and all might be near each other.
+    let is_far = largest > MAX_OFFSET * diagonal;
+    let gap = if is_far { 0.0 } else { BACK_TO_BACK_ROUNDING * (largest + diagonal) };
     count_pairs(mesh, tree, orientations, true, gap, |_, a, b, slots| {
         let are_apart = || are_apart_across_centroids(a, b) || are_apart_across_edge(a, b);
-        are_back_to_back(a, b, slots.map(|slot| orientations[slot]), gap) || !are_apart() && intersect(a, b)
+        let is_folded = !is_far && are_back_to_back(a, b, slots.map(|slot| orientations[slot]), gap);
+        is_folded || !are_apart() && intersect(a, b)
     })
 }
 
@@ -103,8 +106,9 @@ pub(super) fn contacts(
 }
 
 /// Number of pairs of triangles with overlapping boxes, and not parted by the plane of either, that pass a test, which gets
-/// the first one's plane, both, and their slots. Boxes and planes part none that are within the gap. Triangles with orientation 0 are ignored, and with `ignores_apart` pairs
-/// [apart around a corner](CornersX8::apart_around_corner), which are many in a fan. `None` after too many tests.
+/// the first one's plane, both, and their slots. Boxes and planes part none that are within the gap. Triangles with orientation 0 are
+/// ignored, and with `ignores_apart` pairs [apart around a corner](CornersX8::apart_around_corner), which are many in a fan. `None` after
+/// too many tests.
 fn count_pairs(
     mesh: &TriangleMesh,
     tree: &Bvh,
