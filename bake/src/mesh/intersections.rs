@@ -269,17 +269,23 @@ fn are_back_to_back(a: Corners, b: Corners, orientations: [f64; 2], gap: f64) ->
         [next(), next()]
     };
     match shared {
-        0 => nearest_pair(a.1, *b.1).distance_sq <= gap * gap,
+        0 => are_within(gap, a.1, b.1),
         // Folded onto each other they face almost opposite ways.
         1 if normals[0].dot(&normals[1]) < -0.5 * normals[0].norm() * normals[1].norm() => {
             let sides = [across(a, b), across(b, a)];
             let longest = sides.iter().map(|[from, to]| (to - from).norm()).fold(0.0, f64::max);
-            let within = gap.max(FOLD_SINE * longest).powi(2);
-            sides.iter().zip([b, a]).any(|(side, other)| nearest_pair(side, *other.1).distance_sq <= within)
+            let within = gap.max(FOLD_SINE * longest);
+            sides.iter().zip([b, a]).any(|(side, other)| are_within(within, side, other.1))
         }
         // Folded edges are found by their pseudo-normals.
         _ => false,
     }
+}
+
+/// Not inlined: one copy of a long function that is called for few pairs.
+#[inline(never)]
+fn are_within(distance: f64, element: &[Vector3<f64>], triangle: &[Vector3<f64>; 3]) -> bool {
+    nearest_pair(element, *triangle).distance_sq <= distance * distance
 }
 
 fn intersect(a: Corners, b: Corners) -> bool {

@@ -38,7 +38,9 @@ impl Pair {
 }
 
 /// The nearest points of an element with one to three corners and a triangle. Where they cross, some point of both.
-#[inline(always)]
+///
+/// Inlined into what is compiled for a machine's own instructions; in a browser's module, one copy.
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 pub(crate) fn nearest_pair(element: &[Vector3<f64>], triangle: [Vector3<f64>; 3]) -> Pair {
     let mut best = Pair::NONE;
     let on_triangle = NearestPoints::new(element, &triangle);
