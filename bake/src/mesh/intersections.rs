@@ -182,7 +182,7 @@ struct Plane {
     normal: Vector3<f64>,
     /// Error of normal · offset per unit of |offset| along each axis: 8 ε Σ |products of the normal|.
     rounding: Vector3<f64>,
-    /// What normal · offset is, and more, at a point as far from the plane as a gap.
+    /// Bound of normal · offset at a point as far from the plane as a gap.
     slack: f64,
 }
 
