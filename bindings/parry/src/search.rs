@@ -1,9 +1,9 @@
 /// How the lowest point of a triangle is searched.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Search {
-    /// A local minimum, fast: by projected gradient descent.
+    /// A local minimum, fast.
     #[default]
-    Local,
+    FrankWolfe,
     /// The lowest of all minima, proven, within 256 evaluations: several times the cost. Of a ball or a capsule it is proven where φ is a
     /// distance about the middle, as of most closed forms; else the nearest point of the field is found by a local search.
     Certified,

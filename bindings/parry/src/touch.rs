@@ -5,7 +5,7 @@
 
 use parry3d::shape::PackedFeatureId;
 use sdf_core::contact::{Contact, Element, Feature, Outcome, Row, contact, one_per_feature};
-use sdf_core::minimize::{Certified, Minimizer, ProjectedGradient};
+use sdf_core::minimize::{Certified, FrankWolfe, Minimizer};
 use sdf_core::nalgebra::Vector3;
 use sdf_core::placed::Rigid;
 use sdf_core::{AnyField, Sdf, Simplex};
@@ -45,7 +45,7 @@ pub(crate) fn touches(field: &AnyField, surface: &Surface, pose: &Rigid, margin:
     let found = surface.parts.iter().zip(0..).map(|(part, number)| {
         let query = Query { field, part, number, pose, margin };
         match search {
-            Search::Local => query.run(&ProjectedGradient::default()),
+            Search::FrankWolfe => query.run(&FrankWolfe::default()),
             Search::Certified => query.run(&Certified { evaluations: 256, ..Certified::default() }),
         }
     });
