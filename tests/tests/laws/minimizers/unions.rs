@@ -224,7 +224,7 @@ fn below_a_level_bound_and_convergence_hold_for_all_parts() {
 fn a_half_space_beside_a_grid_costs_little_more_than_the_grid_alone() {
     fn check<R: Float, const N: usize>(grids: &Grids, random: &mut Random) {
         let method = Certified { evaluations: 256, ..Certified::default() };
-        let (mut alone, mut together, mut worst, mut unsettled) = (0.0, 0.0, 0.0_f64, 0);
+        let (mut alone, mut together, mut worst) = (0.0, 0.0, 0.0_f64);
         for _ in 0..200 {
             let ground = HalfSpace::new(random.direction().into(), random.between(-0.8, 0.2)).unwrap();
             let simplex = cast::<R, N>(&random_simplex(random, 0.5));
@@ -235,7 +235,7 @@ fn a_half_space_beside_a_grid_costs_little_more_than_the_grid_alone() {
                 let union = Compound::new(&parts[..]).unwrap();
                 let minimum = method.minimize(&union, &simplex);
                 check_against_brute_force(&union, &simplex, &minimum, method.tolerance);
-                unsettled += usize::from(!minimum.converged && on_grid.converged);
+                assert!(minimum.converged || !on_grid.converged, "{minimum:?} on {simplex:?}");
                 let evaluations = minimum.evaluations.to_f64();
                 worst = worst.max(evaluations - grid_alone);
                 together += evaluations;
@@ -244,8 +244,6 @@ fn a_half_space_beside_a_grid_costs_little_more_than_the_grid_alone() {
         }
         println!("{N}: {alone} alone, {together} together, at most {worst} more");
         assert!(together <= 1.2 * alone + 400.0 * 12.0 && worst <= 32.0, "{alone} alone, {together} together, {worst}");
-        // Where the grid's cells are more than a list holds, they may be too many beside another part alone.
-        assert!(unsettled <= 4, "{unsettled} of 400 are settled on the grid alone");
     }
     let (grids, mut random) = (Grids::new(), Random::seeded());
     check::<f64, 2>(&grids, &mut random);
