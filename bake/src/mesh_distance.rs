@@ -385,7 +385,10 @@ fn sign_reason(
         found if topology.bounds_one_solid() => format!("closed, one shell ({found}: put right)"),
         found => found,
     };
-    let found = doubt.map_or_else(|| found.clone(), |doubt| format!("{found}, {doubt}"));
+    let found = match doubt {
+        Some(doubt) => format!("{found}, {doubt}"),
+        None => found,
+    };
     match requested {
         Some(_) => format!("{method}, as requested; the mesh: {found}"),
         None => format!("{method}: {found}"),

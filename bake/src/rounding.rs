@@ -146,7 +146,12 @@ pub(crate) const FOLD_NORMAL_SQ: f64 = 1e-7;
 
 /// Largest coordinate of a mesh, as a multiple of its diagonal, up to which pseudo-normals tell the side: there rounding decides nearer
 /// than a millionth of the diagonal to what is as sharp as [`FOLD_NORMAL_SQ`] allows.
-pub(crate) const MAX_OFFSET: f64 = 1e4;
+const MAX_OFFSET: f64 = 1e4;
+
+/// Do the coordinates of a mesh in this box leave pseudo-normals too few digits?
+pub(crate) fn is_far_from_origin(bounds: &Aabb) -> bool {
+    max_coordinate(bounds) > MAX_OFFSET * bounds.diagonal()
+}
 
 /// Squared length of a triangle's complex number: 2 (1 + cos α) (1 + cos β) (1 + cos γ), with the angles between the
 /// directions to its corners. It vanishes on the edges; a millionth of an edge away, angles have ten digits.

@@ -11,7 +11,7 @@ use serde_json::json;
 
 use crate::report::print_json;
 
-/// Prints help and version, which were asked for, and reports wrong usage; the exit status.
+/// Prints help, the version, or what is wrong with the arguments. Returns the exit status: 2 for wrong arguments.
 pub fn end_on_usage(error: &clap::Error) -> ExitCode {
     if matches!(error.kind(), Usage::DisplayHelp | Usage::DisplayVersion) {
         return end(error.print().and_then(|()| stdout().flush()).context("standard output"));
@@ -25,7 +25,7 @@ pub fn end_on_usage(error: &clap::Error) -> ExitCode {
     ExitCode::from(2)
 }
 
-/// Reports what went wrong, unless that is a reader who has seen enough; the exit status.
+/// Reports an error, unless the reader of our output has seen enough. Returns the exit status.
 pub fn end(result: anyhow::Result<()>) -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -11,7 +11,8 @@
 //! | 6 | no edge of one crosses the other (Guigue and Devillers 2003, "Fast and robust triangle-triangle overlap test using orientation predicates"): for a segment pq that crosses abc, the volumes of pqab, pqbc, pqca have one sign | exact |
 //!
 //! Triangles in one plane are compared by separating lines through their edges. Triangles that only touch, at a corner
-//! or along an edge, do not intersect; shared corners are recognized by their indices.
+//! or along an edge, do not intersect; shared corners are recognized by their indices. But [`intersecting_pairs`] also counts triangles that
+//! face away from each other and are nearer than rounding can tell ([`are_back_to_back`]): no step parts these.
 
 mod corners_x8;
 mod rays;
@@ -27,7 +28,9 @@ use sdf_core::nalgebra::Vector3;
 use crate::TriangleMesh;
 use crate::bvh::Bvh;
 use crate::mesh_surface::nearest_pair;
-use crate::rounding::{BACK_TO_BACK_ROUNDING, DETERMINANT_ROUNDING, FOLD_SINE, MAX_OFFSET, MIN_VOLUME, max_coordinate};
+use crate::rounding::{
+    BACK_TO_BACK_ROUNDING, DETERMINANT_ROUNDING, FOLD_SINE, MIN_VOLUME, is_far_from_origin, max_coordinate,
+};
 use crate::simd::LANES;
 use crate::triangle::area_vector;
 use corners_x8::{CornersX8, FindNotApart};
@@ -47,10 +50,10 @@ const MAX_TESTS_PER_TRIANGLE: usize = 256;
 /// Number of pairs of triangles that cross, overlap in one plane, or are [back to back](are_back_to_back); `None` where so many are near each
 /// other that counting them would take too long. Triangles with orientation 0 are ignored.
 pub(crate) fn intersecting_pairs(mesh: &TriangleMesh, tree: &Bvh, orientations: &[f64]) -> Option<usize> {
-    let (largest, diagonal) = (max_coordinate(&mesh.bounds()), mesh.bounds().diagonal());
-    // So far from the origin no pseudo-normal is asked, and all might be near each other.
-    let is_far = largest > MAX_OFFSET * diagonal;
-    let gap = if is_far { 0.0 } else { BACK_TO_BACK_ROUNDING * (largest + diagonal) };
+    let bounds = mesh.bounds();
+    // Pseudo-normals, for which the gap matters, are not used there, and most triangles might be within it.
+    let is_far = is_far_from_origin(&bounds);
+    let gap = if is_far { 0.0 } else { BACK_TO_BACK_ROUNDING * (max_coordinate(&bounds) + bounds.diagonal()) };
     count_pairs(mesh, tree, orientations, true, gap, |_, a, b, slots| {
         let are_apart = || are_apart_across_centroids(a, b) || are_apart_across_edge(a, b);
         let is_folded = !is_far && are_back_to_back(a, b, slots.map(|slot| orientations[slot]), gap);

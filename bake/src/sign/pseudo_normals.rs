@@ -9,7 +9,7 @@ use sdf_core::nalgebra::Vector3;
 
 use crate::TriangleMesh;
 use crate::mesh::topology::{HalfEdge, OrientedMesh, same_edge};
-use crate::rounding::{FOLD_NORMAL_SQ, MAX_OFFSET, max_coordinate};
+use crate::rounding::{FOLD_NORMAL_SQ, is_far_from_origin};
 use crate::triangle::{TriangleFeature, area_vector, is_sliver};
 
 /// Outward normals of all features of a mesh. Those of edges and corners have any length.
@@ -84,7 +84,7 @@ impl PseudoNormals {
     pub fn doubt(&self, bounds: &Aabb) -> Option<&'static str> {
         if self.has_folds() {
             Some("folded shut at an edge or a corner")
-        } else if max_coordinate(bounds) > MAX_OFFSET * bounds.diagonal() {
+        } else if is_far_from_origin(bounds) {
             Some("far from the origin")
         } else {
             None

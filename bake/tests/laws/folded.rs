@@ -1,11 +1,13 @@
 //! Signs of solids so thin, so sharp, or so far from the origin that rounding decides which of their faces is nearest.
 
+use sdf_bake::SignMethod::{PseudoNormal, Winding};
 use sdf_bake::{MeshDistance, MeshSurface};
 use sdf_core::nalgebra::{Rotation3, Vector3};
 
 use crate::meshes::{self, Mesh};
 use crate::oracle::{self, Baked};
 use crate::random::Random;
+use crate::signs::solid;
 
 /// A block with a slot as wide as `gap`, open at one side.
 fn slotted_block(gap: f64) -> Mesh {
@@ -45,14 +47,12 @@ fn solids(random: &mut Random) -> Vec<Solid> {
         for is_turned in [false, true] {
             let turn = if is_turned { random.rotation() } else { Rotation3::identity() };
             let mut add = |name: &str, mesh: Mesh, is_inside_thin: fn(Vector3<f64>) -> bool| {
-                let (corners, name) =
-                    (mesh.clone().turned(&turn).corners(), format!("{name}, {size:e}, turned: {is_turned}"));
-                let by_winding = move |point| oracle::winding_number(&corners, point).abs() >= 0.5;
+                let (name, mesh) = (format!("{name}, {size:e}, turned: {is_turned}"), mesh.turned(&turn));
                 let is_inside: Box<dyn Fn(_) -> bool> = match size < THIN {
                     true => Box::new(move |point| is_inside_thin(turn.inverse() * point)),
-                    false => Box::new(by_winding),
+                    false => Box::new(solid(&mesh)),
                 };
-                solids.push(Solid { name, mesh: mesh.turned(&turn), is_inside });
+                solids.push(Solid { name, mesh, is_inside });
             };
             add("plate", meshes::block([0.5, 0.5, size]), |_| false);
             add("slot", slotted_block(size), |point| point.amax() < 1.0);
@@ -60,8 +60,7 @@ fn solids(random: &mut Random) -> Vec<Solid> {
         }
         let [x, y, z] = [1.0, -0.9, 0.8].map(|part| part * 1e-3 / size);
         let far = meshes::tetrahedron().turned(&random.rotation()).moved(x, y, z);
-        let corners = far.corners();
-        let is_inside = Box::new(move |point| oracle::winding_number(&corners, point).abs() >= 0.5);
+        let is_inside = Box::new(solid(&far));
         solids.push(Solid { name: format!("tetrahedron at {x:e}"), mesh: far, is_inside });
     }
     let parallelograms = (0..60).map(|index| (format!("parallelogram {index}"), parallelogram(random)));
@@ -101,7 +100,6 @@ fn a_folded_solid_is_told_by_winding_numbers_and_no_solid_to_pseudo_normals() {
         (meshes::block([0.5, 0.5, 1e-15]), false),
         (meshes::cube().moved(1e6, 0.0, 0.0), false),
     ] {
-        use sdf_bake::SignMethod::{PseudoNormal, Winding};
         let triangles = mesh.baked();
         let chosen = MeshDistance::new(&triangles, None);
         assert_eq!(chosen.sign_method(), if is_certain { PseudoNormal } else { Winding }, "{}", chosen.sign_reason());

@@ -69,7 +69,8 @@ fn assert_inside(
     baked
 }
 
-fn solid(mesh: &Mesh) -> impl Fn(Vector3<f64>) -> bool + use<> {
+/// The inside of a closed mesh, by its winding number.
+pub fn solid(mesh: &Mesh) -> impl Fn(Vector3<f64>) -> bool + use<> {
     let corners = mesh.corners();
     move |point| oracle::winding_number(&corners, point).abs() >= 0.5
 }

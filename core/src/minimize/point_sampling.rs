@@ -113,7 +113,7 @@ impl<const N: usize> LaneKernel for Step<N> {
 /// Points whose weights are in a table, the most that the paper takes.
 const TABLE_LEN: usize = 64;
 
-/// [`triangle_weights`], by number. The other precision is in a table of its own, which a program that has no doubles does not link.
+/// [`triangle_weights`], by number, in f64. Those in f32 are in a table of their own: a program in f32 links no doubles.
 const DOUBLES: [[f64; 3]; TABLE_LEN] = {
     let mut table = [[0.0; 3]; TABLE_LEN];
     let mut number = 0;
