@@ -115,7 +115,7 @@ impl<R: Float> Reduction<R> {
         }
         let mut shortfall = R::zero();
         for (contact, distance) in contacts.iter().zip(scratch.iter()) {
-            // A rest of this length has a shortfall of at most √2 times as much.
+            // A rest has a shortfall of 1/√2 to √2 times its length: that of the shortest is at most twice the least of all.
             if shortfall < *distance * R::from_f64(core::f64::consts::SQRT_2) {
                 shortfall = Real::max(shortfall, cone.shortfall(&wrenches.row(contact), shortfall));
             }

@@ -201,8 +201,11 @@ fn a_reduction_keeps_the_deepest_and_loses_none_in_any_order() {
             assert!(reduced.count <= count && kept.windows(2).all(|pair| pair[0] < pair[1]), "{name}: {kept:?}");
             let deepest = contacts.iter().min_by(|a, b| a.distance.total_cmp(&b.distance)).unwrap();
             assert!(some[..reduced.count].iter().any(|contact| contact.distance <= deepest.distance), "{name}");
-            // More contacts are fewer ones and some more, and hold no worse.
-            assert!(before.iter().all(|name| kept.contains(name)) && reduced.shortfall <= last, "{name}: {kept:?}");
+            // More contacts are fewer ones and some more, and hold no worse: the least shortfall of a rest falls, and this is at most twice that.
+            assert!(
+                before.iter().all(|name| kept.contains(name)) && reduced.shortfall <= 2.0 * last,
+                "{name}: {kept:?}"
+            );
             (before, last) = (kept.clone(), reduced.shortfall);
             let mut all = names(&some);
             all.sort_unstable();
