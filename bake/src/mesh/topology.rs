@@ -5,7 +5,7 @@
 //!    Collinear triangles take part where they join boundary edges (`stitches`).
 //! 3. Union-find over edges counts shells.
 //! 4. A breadth-first search across edges of two triangles turns each to agree with its neighbour. The majority of a
-//!    connected part keeps its winding.
+//!    connected part keeps its winding. Edges that agree as they are wound come first, so that few are turned on what no winding suits.
 //! 5. A closed shell with negative volume (divergence theorem, V = ⅓ Σ area vector · corner) is turned as a whole.
 
 use std::fmt;
@@ -243,7 +243,8 @@ fn back_to_back(mesh: &TriangleMesh, half_edges: &[HalfEdge]) -> Vec<[u32; 2]> {
     pairs
 }
 
-/// Orients all triangles connected to `first` by edges of two triangles, turning as few as possible.
+/// Orients all triangles connected to `first` by edges of two triangles. A minority is turned: the triangles that are connected by edges
+/// that agree as they are wound stay as one.
 fn orient_connected(
     first: usize,
     neighbours: &[[Option<Neighbour>; 3]],
@@ -251,29 +252,43 @@ fn orient_connected(
     topology: &mut Topology,
 ) {
     // The triangles found so far, which is also the queue of the search.
-    let mut part = vec![first];
-    let (mut next, mut disagreements) = (0, 0);
-    orientations[first] = 1.0;
-    while let Some(&triangle) = part.get(next) {
-        next += 1;
-        for neighbour in neighbours[triangle].iter().flatten() {
-            let wanted = if neighbour.agrees { orientations[triangle] } else { -orientations[triangle] };
-            let orientation = &mut orientations[neighbour.triangle as usize];
-            if *orientation == 0.0 {
-                *orientation = wanted;
-                part.push(neighbour.triangle as usize);
-            } else if *orientation != wanted {
-                disagreements += 1;
+    let mut part: Vec<usize> = vec![];
+    let mut next = 0;
+    let mut across_disagreeing = vec![(first, 1.0)];
+    while let Some((start, orientation)) = across_disagreeing.pop() {
+        if orientations[start] != 0.0 {
+            continue;
+        }
+        orientations[start] = orientation;
+        part.push(start);
+        while let Some(&triangle) = part.get(next) {
+            next += 1;
+            for neighbour in neighbours[triangle].iter().flatten() {
+                let other = neighbour.triangle as usize;
+                if orientations[other] != 0.0 {
+                    continue;
+                }
+                if neighbour.agrees {
+                    orientations[other] = orientation;
+                    part.push(other);
+                } else {
+                    across_disagreeing.push((other, -orientation));
+                }
             }
         }
     }
+    let disagreements = |triangle: &usize| {
+        let of_neighbours = neighbours[*triangle].iter().flatten();
+        let is_same = |other: u32| orientations[*triangle] == orientations[other as usize];
+        of_neighbours.filter(|neighbour| neighbour.agrees != is_same(neighbour.triangle)).count()
+    };
+    // Each edge is seen from both sides.
+    topology.non_orientable_edges += part.iter().map(disagreements).sum::<usize>() / 2;
     let turned = part.iter().filter(|triangle| orientations[**triangle] < 0.0).count();
     if 2 * turned > part.len() {
         part.iter().for_each(|triangle| orientations[*triangle] = -orientations[*triangle]);
     }
     topology.wrongly_wound += turned.min(part.len() - turned);
-    // Each edge is seen from both sides.
-    topology.non_orientable_edges += disagreements / 2;
 }
 
 fn volume(mesh: &TriangleMesh, orientations: &[f64]) -> f64 {
