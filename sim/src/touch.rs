@@ -24,6 +24,8 @@ pub(crate) struct Touch {
     pub held: V3,
     /// The twist against rolling: mass · length², as a push times an arm.
     pub twisted: V3,
+    /// Have two bodies struck each other here in this step? Then what was pushed too much is taken back.
+    pub is_struck: bool,
 }
 
 #[derive(Clone, Copy, Debug)]

@@ -16,6 +16,9 @@ use crate::{Body, V3};
 const MAX_DEPTHS: f64 = 1.5;
 const MAX_SHARE: f64 = 0.3;
 
+/// Bodies that approach by more within a step than gravity makes them in this many have struck each other.
+const STRUCK: f64 = 2.0;
+
 impl World {
     /// Takes the rows that were added since the last step.
     pub(super) fn prepare(&self, rows: &mut Rows) {
@@ -41,7 +44,7 @@ impl World {
 
     /// A touch as a step begins: nothing is pushed, and sides that are round touch where they have rolled to.
     fn begun(&self, touch: Touch, rows: &Rows) -> Touch {
-        let mut touch = Touch { pushed: 0.0, held: V3::zeros(), twisted: V3::zeros(), ..touch };
+        let mut touch = Touch { pushed: 0.0, held: V3::zeros(), twisted: V3::zeros(), is_struck: false, ..touch };
         if let Some((id, normal)) = touch.turns_with {
             touch.normal = self.bodies[id as usize].rotation * normal;
         }
@@ -131,50 +134,39 @@ impl World {
             pushed: 0.0,
             held: V3::zeros(),
             twisted: V3::zeros(),
+            is_struck: false,
         }
     }
 
     /// Goes over one row; depth from before is undone at no more than `recovery_speed`.
     pub(super) fn touch(&mut self, rows: &mut Rows, index: usize, dt: f64, recovery_speed: f64) {
-        let touch = rows.touches[index];
-        let Touch { element, field, normal, friction, pushed, held, .. } = &touch;
+        let mut touch = rows.touches[index];
+        let Touch { element, field, normal, friction, pushed, held, .. } = touch;
         let way = touch.velocity * rows.age;
-        let gap = normal.dot(&(self.at(element, rows) - self.at(field, rows) - way)) + touch.offset;
-        if gap >= 0.0 {
+        let gap = normal.dot(&(self.at(&element, rows) - self.at(&field, rows) - way)) + touch.offset;
+        let takes_back = gap > 0.0 && touch.is_struck && pushed > 0.0;
+        if gap >= 0.0 && !takes_back {
             return;
         }
-        let weight = self.inv_mass_of(&touch, normal);
+        let weight = self.inv_mass_of(&touch, &normal);
         if weight <= 0.0 {
             return;
         }
-        let from = self.was_at(element, rows) - self.was_at(field, rows) + touch.velocity * dt;
-        let slid = self.at(element, rows) - self.at(field, rows) - from;
-        let is_uneven = touch.farthest > MAX_DEPTHS * weight;
-        let most = if is_uneven { MAX_SHARE * touch.reach / touch.farthest } else { f64::INFINITY };
-        // What undoes the approach of this step is a force. The depth from before is undone without a velocity, and only as far as the sides
-        // have not parted. Of bodies that counts since the step began, whatever parted them: contacts that share a body push it once, not
-        // each. A sheet rests where what undid depth does not count: what lifts a corner stretches the edges beside it.
-        let approach = -normal.dot(&slid);
-        let push = ((-gap).min(approach.max(0.0)) / weight).min(most);
-        self.push_apart(&touch, rows, normal * push, dt);
-        let parted = match self.started_at(element).zip(self.started_at(field)) {
-            Some((a, b)) => {
-                normal.dot(&(self.at(element, rows) - self.at(field, rows) - (a - b + touch.velocity * dt)))
-            }
-            None => -approach,
+        let push = if takes_back {
+            let back = (gap / weight).min(pushed);
+            self.push_apart(&touch, rows, normal * -back, dt);
+            -back
+        } else {
+            self.part(&mut touch, rows, gap, weight, dt, recovery_speed)
         };
-        let depth = (-gap - approach.max(0.0)).min(recovery_speed * dt - parted.max(0.0));
-        if depth > 0.0 {
-            self.shift_apart(&touch, rows, normal * (depth / weight).min(most));
-        }
         let pushed = pushed + push;
-        rows.touches[index].pushed = pushed;
+        (rows.touches[index].pushed, rows.touches[index].is_struck) = (pushed, touch.is_struck);
         self.hold_roll(&touch, pushed, rows, index, dt);
-        if *friction <= 0.0 || pushed <= 0.0 {
+        if friction <= 0.0 || pushed <= 0.0 && held == V3::zeros() {
             return;
         }
-        let from = self.was_at(element, rows) - self.was_at(field, rows) + touch.velocity * dt;
-        let slid = self.at(element, rows) - self.at(field, rows) - from;
+        let from = self.was_at(&element, rows) - self.was_at(&field, rows) + touch.velocity * dt;
+        let slid = self.at(&element, rows) - self.at(&field, rows) - from;
         let across = slid - normal * normal.dot(&slid);
         let length = across.norm();
         if length <= 0.0 {
@@ -186,6 +178,33 @@ impl World {
         let allowed = if wanted.norm() > limit { wanted * (limit / wanted.norm()) } else { wanted };
         rows.touches[index].held = allowed;
         self.push_apart(&touch, rows, allowed - held, dt);
+    }
+
+    /// Parts sides that are too near, by a force as far as they have approached in this step. Returns the push.
+    fn part(&mut self, touch: &mut Touch, rows: &Rows, gap: f64, weight: f64, dt: f64, recovery_speed: f64) -> f64 {
+        let Touch { element, field, normal, .. } = *touch;
+        let from = self.was_at(&element, rows) - self.was_at(&field, rows) + touch.velocity * dt;
+        let slid = self.at(&element, rows) - self.at(&field, rows) - from;
+        let is_uneven = touch.farthest > MAX_DEPTHS * weight;
+        let most = if is_uneven { MAX_SHARE * touch.reach / touch.farthest } else { f64::INFINITY };
+        // What undoes the approach of this step is a force. The depth from before is undone without a velocity, and only as far as the sides
+        // have not parted. Of bodies that counts since the step began, whatever parted them: contacts that share a body push it once, not
+        // each. A sheet rests where what undid depth does not count: what lifts a corner stretches the edges beside it.
+        let approach = -normal.dot(&slid);
+        let push = ((-gap).min(approach.max(0.0)) / weight).min(most);
+        self.push_apart(touch, rows, normal * push, dt);
+        let parted = match self.started_at(&element).zip(self.started_at(&field)) {
+            Some((a, b)) => {
+                touch.is_struck |= approach > STRUCK * self.gravity.norm() * dt * dt;
+                normal.dot(&(self.at(&element, rows) - self.at(&field, rows) - (a - b + touch.velocity * dt)))
+            }
+            None => -approach,
+        };
+        let depth = (-gap - approach.max(0.0)).min(recovery_speed * dt - parted.max(0.0));
+        if depth > 0.0 {
+            self.shift_apart(touch, rows, normal * (depth / weight).min(most));
+        }
+        push
     }
 
     /// Rolling friction: a twist against the turn of the sides against each other, of at most lever · push. It takes no more of the turn

@@ -19,6 +19,7 @@ mod seams;
 mod sheets;
 mod soft;
 mod standing;
+mod struck;
 mod toward;
 
 use sdf_core::nalgebra::Vector3;

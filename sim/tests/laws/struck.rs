@@ -1,0 +1,68 @@
+//! Rigid bodies that strike flat neither bounce nor turn: contacts have no restitution.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use sdf_field::Threads;
+use sdf_sim::Body;
+use sdf_sim::scene::{self, Stage};
+
+/// The bodies of a scene after its frames.
+fn bodies_after(text: &str) -> Vec<Body> {
+    let spec =
+        scene::parse(&format!("title = \"a blow\"\nthickness = 0.001\ngravity = [0.0, 0.0, 0.0]\n{text}"), "my.toml")
+            .unwrap();
+    let mut stage = Stage::build(&spec, Path::new("."), Threads::ONE).unwrap();
+    scene::run(&spec, &mut stage, "auto".parse().unwrap(), Threads::ONE, |_, _| ControlFlow::Continue(())).unwrap();
+    stage.world.bodies
+}
+
+const CUBE: &str = "[[rigid]]\nmesh.cuboid = { half = [0.1, 0.1, 0.1] }\ncells = 16\n";
+
+/// Cubes thrown flat onto the middle of a plate stop. One pass does not bring all that is pushed to its end: by these, 0.9 % of the speed
+/// is left of the middle and 2.3 % of a corner, with friction; where nothing was taken back, 46 % and 70 %.
+#[test]
+fn a_cube_that_lands_flat_stops() {
+    let floors = [
+        "shape = 'field = { shape = \"half_space\", normal = [0.0, 0.0, 1.0], offset = 0.05 }'",
+        "shape = 'field = { shape = \"box\", half_extents = [1.0, 1.0, 0.05] }'",
+        "mesh.cuboid = { half = [1.0, 1.0, 0.05] }\ncells = 64",
+    ];
+    for floor in floors {
+        for (friction, substeps, speed) in
+            [(0.0, 10, 10.0), (0.0, 40, 10.0), (0.3, 10, 10.0), (0.3, 10, 3.0), (0.3, 40, 10.0)]
+        {
+            let start = format!("start = {{ translate = [0.11, 0.07, 0.5], velocity = [0.0, 0.0, -{speed:?}] }}\n");
+            let keys = format!("frames = 20\nsubsteps = {substeps}\nfriction = {friction:?}\n");
+            let body = &bodies_after(&format!("{keys}{CUBE}{start}[[obstacle]]\n{floor}\n"))[0];
+            let spin = body.angular_velocity().norm() * 0.1 * 3.0_f64.sqrt();
+            let left = [body.velocity.norm() / speed, spin / speed];
+            println!("friction {friction}, {substeps} substeps, {speed}: {left:?} of the speed on {floor}");
+            assert!(
+                left.iter().all(|left| *left < 0.03),
+                "friction {friction}, {substeps}, {speed}: {left:?} on {floor}"
+            );
+        }
+    }
+}
+
+/// Equal cubes, and a light one on heavier ones, go on together.
+#[test]
+fn cubes_that_meet_head_on_go_on_together() {
+    for (mass, speed) in [(1.0, 1.0), (1.0, 50.0), (10.0, 1.0), (10.0, 50.0), (1000.0, 1.0), (1000.0, 50.0)] {
+        let first = format!("{CUBE}start = {{ translate = [-0.5, 0.0, 0.0], velocity = [{speed:?}, 0.0, 0.0] }}\n");
+        let second = format!("{CUBE}mass = {mass:?}\nstart = {{ translate = [0.5, 0.0, 0.0] }}\n");
+        let bodies = bodies_after(&format!("frames = 60\nfriction = 0.0\n{first}{second}"));
+        let together = speed / (1.0 + mass);
+        for (body, heaviness) in bodies.iter().zip([1.0, mass]) {
+            // Momentum that is amiss, over that of the first cube.
+            let left =
+                [body.velocity.x - together, body.velocity.y, body.velocity.z].map(|x| x.abs() * heaviness / speed);
+            assert!(
+                left.iter().all(|left| *left < 0.03),
+                "mass {mass} at {speed}: {:?}, not {together}",
+                body.velocity
+            );
+        }
+    }
+}
