@@ -43,7 +43,7 @@ pub struct BakeArgs {
     /// Which nodes have a sample [default: dense; sparse with --max-error].
     #[arg(long, value_parser = layouts())]
     pub layout: Option<Layout>,
-    /// Half width of a sparse grid's band, in cells: within it values are distances, beyond it coarse ones inside and lower bounds outside [default: 3].
+    /// Half width of a sparse grid's band, in cells: within it values are distances, beyond it coarse ones inside and, to 3/8 of a cell, lower bounds outside [default: 3].
     #[arg(long, value_name = "VOXELS", value_parser = clap::value_parser!(u32).range(1..=1000), allow_negative_numbers = true)]
     pub band: Option<u32>,
     /// Type of a sample; u16 and u8 round, which the certified error includes [default: f32; u16 of a sparse grid; --max-error chooses u16 or u8, whichever takes less memory].

@@ -40,8 +40,8 @@ pub struct InfoArgs {
 /// wrong. Rounding is half a step of u16 and u8 and, in a dense grid, 1e-6 of the mesh's diagonal; in a sparse grid what a bake
 /// in f32 rounds at most, about 5e-6 of the diagonal plus 1e-4 of a cell. Points are sampled in the whole box of a dense grid;
 /// for a sparse grid within its band and, as many again each, in the whole box and beside nodes of its coarse grid: there a value
-/// may be less than the distance, never more, and inside by no more than the file states. Nodes of its bricks beyond the band are
-/// no nearer than the band. No cell may be missing on the surface. At the points, the bounds of values and slopes that blocks state must
+/// may be less than the distance, more by 3h²/(8B) at most, with cells of h and a band of B, and inside by no more than the file states.
+/// Nodes of its bricks beyond the band are no nearer than the band. No cell may be missing on the surface. At the points, the bounds of values and slopes that blocks state must
 /// hold, and the padding must be no more than the mesh is from the box's faces, by its box or by the samples there. For shapes in TOML, which certify nothing, the errors are only
 /// printed.
 #[derive(Debug, Parser)]

@@ -90,8 +90,7 @@ pub fn rows(args: &BakeArgs, facts: &GridFacts, input: &MeshFacts, times: [f64; 
     let GridFacts { lattice, info, .. } = facts;
     let median =
         median_error(facts.errors).map_or(String::new(), |error| format!(", {} in half of the bricks", number(error)));
-    // Away from the triangles of an open mesh, the sign may change within a cell.
-    let proof = if facts.is_proven { "proven" } else { "proven except where the sign changes unseen within a cell" };
+    let proof = if facts.is_proven { "proven".to_owned() } else { format!("proven {}", error_regions::UNSEEN) };
     let [read, bake, write] = times.map(seconds);
     let mut rows = vec![
         ("mesh", mesh_row(args, input, facts.mesh)),
