@@ -5,6 +5,7 @@ use sdf_procedural::{Bowl, Pot};
 use toml::Spanned;
 use toml::de::DeValue;
 
+use super::build::too_far;
 use super::mesh_spec::MeshSpec;
 use super::run::ElementMethod;
 use super::spec::{ClothSpec, ObstacleSpec, Reach, RigidSpec, SceneSpec, SoftSpec, Start, Vary};
@@ -137,9 +138,12 @@ impl SoftSpec {
 
 impl ObstacleSpec {
     fn check(&self) -> Result<(), String> {
-        let Self { mesh, shape, becomes, period, file, cells, .. } = self;
+        let Self { mesh, shape, becomes, period, file, cells, translate } = self;
         is_count("cells", *cells)?;
         is_positive("period", *period)?;
+        if let Some(x) = translate.iter().find(|x| x.abs() > f64::from(f32::MAX)) {
+            return Err(too_far(*x));
+        }
         if becomes.is_some() && shape.is_none() {
             return Err("becomes: give the shape to begin with as shape".to_owned());
         }

@@ -257,7 +257,7 @@ impl<'a> Run<'a> {
         let Stage { world, surfaces, .. } = stage;
         let figures = &mut self.figures;
         figures.frames = frame;
-        figures.finite = world.is_finite();
+        figures.finite = world.is_finite() && surfaces.iter().all(|surface| surface.beyond_f32(world).is_none());
         figures.volume = figures.volume.min(world.min_volume_ratio());
         let speeds = surfaces.iter().map(|surface| surface.max_speed(world));
         figures.max_speed = speeds.fold(figures.max_speed.max(world.max_speed()), f64::max);

@@ -103,3 +103,25 @@ fn the_largest_speed_is_that_of_a_body_with_its_spin() {
     let (figures, _) = measured(&format!("frames = 2\ngravity = [0.0, 0.0, 0.0]\n{body}"));
     assert!((figures.max_speed - 5.0).abs() < 1e-9, "{}", figures.max_speed);
 }
+
+/// Recordings hold f32: what leaves it is no longer finite, though f64 still has it.
+#[test]
+fn a_run_that_leaves_f32_is_not_finite_and_is_warned_of() {
+    let body = "[[rigid]]\nmesh.cuboid = { half = [0.1, 0.1, 0.1] }\n";
+    let sheet =
+        "[[cloth]]\nmesh.sheet = { cells = [4, 4], size = [0.4, 0.4], height = 0.0, bend = 0.0, floor = 0.0 }\n";
+    for (tables, is_finite) in [
+        (format!("{body}start.velocity = [1e100, 0.0, 0.0]\n"), false),
+        (format!("{sheet}start.velocity = [1e100, 0.0, 0.0]\n"), false),
+        (format!("gravity = [0.0, 0.0, -1e100]\n{sheet}{body}"), false),
+        (format!("rate = 1e-100\n{body}"), false),
+        (format!("{body}start.velocity = [1e30, 0.0, 0.0]\n"), true),
+    ] {
+        let (figures, _) = measured(&format!("frames = 2\n{tables}"));
+        assert_eq!(figures.finite, is_finite, "{tables}");
+        assert_eq!(figures.frames, if is_finite { 2 } else { 1 });
+        let warned = "the last frame has coordinates beyond f32, in which recordings hold them: the run ends there";
+        assert_eq!(figures.warnings().iter().any(|line| line == warned), !is_finite, "{:?}", figures.warnings());
+        assert_eq!(figures.missed(&Reach::default()).contains_key("finite"), !is_finite);
+    }
+}

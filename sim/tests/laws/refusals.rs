@@ -150,3 +150,26 @@ fn the_pins_of_a_smaller_scene_are_at_the_same_places() {
     bowl.shrink();
     assert!(Stage::build(&bowl, Path::new("."), Threads::ONE).is_ok());
 }
+
+#[test]
+fn a_body_that_begins_beyond_f32_is_refused_by_its_name() {
+    let far = "start.translate = [1e100, 0.0, 0.0]\n";
+    let sheet =
+        "[[cloth]]\nmesh.sheet = { cells = [4, 4], size = [0.4, 0.4], height = 0.0, bend = 0.0, floor = 0.0 }\n";
+    let cube = "mesh.cuboid = { half = [0.1, 0.1, 0.1] }\n";
+    let ball = "shape = 'field = { shape = \"sphere\", radius = 0.1 }'\ntranslate = [1e100, 0.0, 0.0]\n";
+    for (tables, name) in [
+        (format!("{sheet}{sheet}{far}"), "cloth 2"),
+        (format!("[[rigid]]\n{cube}{far}"), "rigid 1"),
+        (format!("[[rigid]]\n{cube}count = [2, 1, 1]\napart = [1e60, 0.0, 0.0]\n"), "rigid 1"),
+        (format!("[[soft]]\n{cube}cell = 0.1\ndensity = 1e3\nyoung = 1e6\npoisson = 0.3\n{far}"), "soft 1"),
+        (format!("[[rigid]]\n{cube}[[obstacle]]\n{ball}"), "obstacle 1"),
+        (format!("[[rigid]]\n{cube}[[obstacle]]\n{cube}translate = [1e100, 0.0, 0.0]\n"), "obstacle 1"),
+    ] {
+        let build = |spec: SceneSpec| Stage::build(&spec, Path::new("."), Threads::ONE);
+        let refused = parsed(&tables).and_then(build).unwrap_err().to_string();
+        let at = if tables.contains("1e60") { "1.000e60" } else { "1.000e100" };
+        let wanted = format!("my.toml: {name}: a coordinate is {at}: give one within 3.4e38, as recordings hold f32");
+        assert_eq!(refused, wanted, "{tables}");
+    }
+}
