@@ -10,6 +10,7 @@ use sdf_core::combine::Shell;
 use sdf_field::{Field, Method, QueryError, Threads};
 
 use super::build::Stage;
+use super::coinciding::coinciding;
 use super::figures::Figures;
 use super::passing::Passing;
 use super::separate::Separations;
@@ -76,7 +77,7 @@ pub fn run(
     let mut rooms = vec![CageRoom::default(); bodies.len()];
     let cages = bodies.iter().zip(&mut rooms).filter_map(|(body, room)| Some((body, body.at_rest(room)?))).collect();
     let mut run = Run { cages, ..Run::new(spec, stage, method, threads) };
-    run.figures.deep_at_start = run.deep(stage)?.0;
+    run.figures.deep_at_start = run.deep(stage)?.0.max(coinciding(stage, spec.thickness));
     if on_frame(0, stage).is_continue() {
         for frame in 1..=spec.frames {
             run.frame(stage)?;
