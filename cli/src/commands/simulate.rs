@@ -192,7 +192,7 @@ impl Target {
             Form::Animation => write(&self.path, &record::animation(recording, ANIMATION[0], ANIMATION[1])),
             Form::Sheet => write(&self.path, &record::contact_sheet(recording, SHEET[0], SHEET[1])),
             Form::VtkHdf => record::write_vtkhdf(recording, &self.path),
-            Form::Folder => record::write_folder(recording, &self.path),
+            Form::Folder => record::write_folder(recording, self.kept, &self.path),
         };
         // What an earlier write of this run left stays.
         let written = match self.kept {
