@@ -101,6 +101,7 @@ pub fn parse(text: &str, name: &str) -> Result<SceneSpec, SceneError> {
     let table = toml::de::DeTable::parse(text).map_err(at_span)?;
     let mut numbers = table.get_ref().iter();
     numbers.try_for_each(|(key, value)| check::check_numbers(key.get_ref(), value)).map_err(at_line)?;
+    table.get_ref().get("vary").map_or(Ok(()), check::check_lists).map_err(at_line)?;
     spec.check().map_err(|message| invalid(name, message))?;
     name.clone_into(&mut spec.name);
     Ok(spec)

@@ -87,6 +87,9 @@ impl Stage {
         let mut stage =
             Self { world, surfaces: vec![], obstacles, animations, fields: vec![], cages: vec![], time: 0.0, warnings };
         stage.fill(spec, folder, threads).map_err(|message| invalid(&spec.name, message))?;
+        if stage.surfaces.is_empty() {
+            stage.warnings.push("nothing moves: give a [[cloth]], [[rigid]] or [[soft]]".to_owned());
+        }
         Ok(stage)
     }
 
@@ -326,7 +329,7 @@ fn bake(name: &str, mesh: &Mesh, cells: u32, threads: Threads, warnings: &mut Ve
 fn animation(spec: &ObstacleSpec) -> Result<Option<Animation>, String> {
     let (Some(from), Some(to)) = (&spec.shape, &spec.becomes) else { return Ok(None) };
     let placed = |text: &String| Ok::<_, String>(translated(closed_form(text)?, spec)?.into_any());
-    let animation = Animation::new(placed(from)?, placed(to)?, spec.period);
+    let animation = Animation::new(placed(from)?, placed(to)?, spec.period.unwrap_or(1.0));
     let why = "becomes: give the same shape as shape has (sphere, torus, cylinder, capsule, box or rounded_box), with other \
                parameters and the same pose";
     animation.map(Some).ok_or_else(|| why.to_owned())
