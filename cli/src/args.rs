@@ -27,7 +27,8 @@ use sdf_field::Method;
 /// MESH is an OBJ, PLY, STL or OFF file. SDF is a baked grid (.sdf.h5) or shapes in closed form (.sdf.toml). Distances are
 /// negative inside and in the mesh's own unit.
 ///
-/// Exit status: 0 done, 1 the input or the disk is at fault, 2 wrong usage, 3 some of several meshes were baked.
+/// Exit status: 0 done, 1 the input or the disk is at fault, 2 wrong usage, 3 some of several meshes were baked,
+/// 128 + N ended by the signal N, as by Ctrl-C (130).
 #[derive(Debug, Parser)]
 #[command(version, max_term_width = 110)]
 pub struct Args {

@@ -40,17 +40,39 @@ pub fn atomic_write<T, E: From<io::Error>>(target: &Path, write: impl FnOnce(&Pa
     let written = write(&temporary.path)?;
     // Windows flushes only files that are open for writing.
     OpenOptions::new().write(true).open(&temporary.path)?.sync_all()?;
-    // Of a file that is replaced; disks without permissions have none to keep.
-    if let Ok(before) = fs::metadata(&target) {
-        let _ = fs::set_permissions(&temporary.path, before.permissions());
-    }
-    fs::rename(&temporary.path, &target)?;
+    temporary.rename(&target)?;
     // Before the flush, which takes long: a process killed in it leaves no folder.
     drop(temporary);
     // Without this, a power failure may lose the new name.
     #[cfg(unix)]
     File::open(folder)?.sync_all()?;
     Ok(written)
+}
+
+/// Writer of many files of one folder, each whole or not at all if the program is killed, as [`atomic_write`] does, but not flushed to
+/// the disk one by one: what a power failure finds there of the last ones may be empty. One temporary folder serves all of them.
+pub struct FolderWriter {
+    folder: PathBuf,
+    temporary: Temporary,
+}
+
+impl FolderWriter {
+    /// A writer of files of a folder that is there.
+    pub fn new(folder: &Path) -> io::Result<Self> {
+        let (folder, id) = (fs::canonicalize(folder)?, id(Path::new("all files")));
+        remove_leftovers(&folder, id);
+        Ok(Self { temporary: Temporary::create(folder.join(folder_name(id)))?, folder })
+    }
+
+    /// Writes a file, or replaces it. What leads elsewhere by a link goes through [`atomic_write`].
+    pub fn write(&self, name: &str, bytes: &[u8]) -> io::Result<()> {
+        let target = replaceable(&self.folder.join(name))?;
+        if folder_of(&target) != self.folder {
+            return atomic_write(&target, |temporary| fs::write(temporary, bytes));
+        }
+        fs::write(&self.temporary.path, bytes)?;
+        self.temporary.rename(&target)
+    }
 }
 
 /// Creates the temporary folder of a write of `target` and removes it. Call it before long work: an error shows at once that the target
@@ -186,6 +208,15 @@ impl Temporary {
         let temporary = Self { path: folder.join("file"), folder, _lock: locked? };
         File::create_new(&temporary.path)?;
         Ok(temporary)
+    }
+
+    /// Gives the file the name of a target. What is replaced hands on its permissions.
+    fn rename(&self, target: &Path) -> io::Result<()> {
+        // Disks without permissions have none to keep.
+        if let Ok(before) = fs::metadata(target) {
+            let _ = fs::set_permissions(&self.path, before.permissions());
+        }
+        fs::rename(&self.path, target)
     }
 }
 

@@ -14,7 +14,7 @@ mod picture;
 mod vtkhdf;
 
 pub use obj::{files_of_folder, write_folder};
-pub use page::page;
+pub use page::{MAX_PAGE_FRAMES, page};
 pub use picture::{animation, contact_sheet};
 pub use vtkhdf::{still_path, write_vtkhdf};
 
@@ -23,6 +23,16 @@ use sdf_field::{Field, Threads};
 
 use crate::V3;
 use crate::scene::Stage;
+
+/// How many of so many frames a page or an animation with at most `most` frames keeps, evenly over the run.
+pub fn thinned(frames: usize, most: usize) -> usize {
+    frames.div_ceil(stride(frames, most))
+}
+
+/// Each so many frames one is kept.
+fn stride(frames: usize, most: usize) -> usize {
+    frames.div_ceil(most.max(1)).max(1)
+}
 
 /// Frames of a run.
 #[derive(Clone, Debug, Default)]

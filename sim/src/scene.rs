@@ -10,6 +10,7 @@
 //! | How is it run, once or in many variants? | `scene/run`, `scene/vary` |
 //! | Who may strike whom within a frame, and who passes by? | `scene/struck`, `scene/passing` |
 //! | What is measured, and is it reached? | `scene/figures` |
+//! | Which bodies begin in one place, with faces that coincide? | `scene/coinciding` |
 //! | Which things touch, and how far do normals turn? | `scene/touching` |
 //! | Which side does an entangled patch leave on? | `scene/entangled` |
 //! | Which way do bodies part that start inside of each other? | `scene/separate` |
@@ -18,6 +19,7 @@ mod animation;
 mod budget;
 mod build;
 mod check;
+mod coinciding;
 mod entangled;
 mod figures;
 mod mesh_spec;
@@ -99,6 +101,7 @@ pub fn parse(text: &str, name: &str) -> Result<SceneSpec, SceneError> {
     let table = toml::de::DeTable::parse(text).map_err(at_span)?;
     let mut numbers = table.get_ref().iter();
     numbers.try_for_each(|(key, value)| check::check_numbers(key.get_ref(), value)).map_err(at_line)?;
+    table.get_ref().get("vary").map_or(Ok(()), check::check_lists).map_err(at_line)?;
     spec.check().map_err(|message| invalid(name, message))?;
     name.clone_into(&mut spec.name);
     Ok(spec)

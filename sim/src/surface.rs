@@ -167,6 +167,12 @@ impl Surface {
         self.map(|vertex| self.point(world, vertex).into())
     }
 
+    /// A coordinate of the vertices that is not finite or beyond f32, which recordings hold; `None` if all are within.
+    pub(crate) fn beyond_f32(&self, world: &World) -> Option<f64> {
+        let within = f64::from(f32::MAX);
+        self.points(world).into_iter().flatten().find(|x| x.is_nan() || x.abs() > within)
+    }
+
     /// The vertices of a rigid body in its own frame, and clusters of its faces.
     pub(crate) fn at_rest(&self) -> Option<(&[[f64; 3]], &MeshClusters)> {
         match (&self.carrier, &self.rigid) {

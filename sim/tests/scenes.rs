@@ -347,9 +347,14 @@ fn a_recording_holds_every_frame_and_the_obstacle() {
     assert_eq!((reader.info().width, reader.info().height), (256, 64));
 
     let folder = std::env::temp_dir().join(format!("sdf-sim-{}", std::process::id()));
-    record::write_folder(&recording, &folder).unwrap();
+    record::write_folder(&recording, 0, &folder).unwrap();
     let last = sdf_formats::mesh::read(&folder.join("frame_0006.obj")).unwrap();
     assert_eq!((last.points.len(), last.triangles), (49, recording.faces.clone()));
+    // Frames that are there already are not written again.
+    ["frame_0003.obj", "frame_0004.obj"].iter().for_each(|name| std::fs::write(folder.join(name), "mine").unwrap());
+    record::write_folder(&recording, 4, &folder).unwrap();
+    let is_mine = |name: &str| std::fs::read(folder.join(name)).unwrap() == b"mine";
+    assert_eq!(["frame_0003.obj", "frame_0004.obj"].map(is_mine), [true, false]);
     std::fs::remove_dir_all(&folder).unwrap();
 }
 

@@ -71,7 +71,9 @@ impl Keywords<'_, '_> {
 /// Why contacts of this margin are refused, and what to do.
 pub fn margin_advice(error: MarginOutOfReach) -> String {
     let advice = if error.is_too_deep() { ", or give complete=True" } else { "" };
-    format!("{error}{advice}")
+    let (margin, told) = (error.margin, format!("{error}{advice}"));
+    // In f64 a large number has up to 309 digits.
+    if margin.abs() < 1e16 { told } else { told.replace(&margin.to_string(), &format!("{margin:e}")) }
 }
 
 /// A record of a structured array.

@@ -30,7 +30,7 @@ impl Export {
         if band.is_some() && format != ExportFormat::Nvdb {
             return Err(value_error("band: only format=\"nvdb\" has one"));
         }
-        // A file's stem names the grid in it, as on the command line.
+        // The output's stem names the grid in it. On the command line that of the field's file does, which a field does not remember.
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         Ok(Self {
             format,

@@ -4,7 +4,8 @@ use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
 use sdf_field::core::placed::Rigid;
 use sdf_field::{
-    ContactOptions, Contacts, Elements, Field, FirstTouchOptions, MeshInMotion, MeshPath, MeshView, QueryError, Threads,
+    ContactOptions, Contacts, Elements, Field, FirstTouchOptions, MeshInMotion, MeshPath, MeshView, NotFinite,
+    QueryError, Threads,
 };
 
 use crate::contacts::{ELEMENTS, Record, margin_advice, records};
@@ -36,10 +37,18 @@ impl MeshClusters {
     }
 
     /// Clusters of the same faces around vertices (n, 3) that have moved against each other. Those of a rigid body need none: give
-    /// contacts its mesh_pose. Contacts are missing where clusters of vertices that moved otherwise are given: nothing checks that.
+    /// contacts its mesh_pose. Faces with vertices that are not finite raise ValueError. Contacts are missing where clusters of vertices
+    /// that moved otherwise are given: nothing checks that.
     fn refitted(&self, py: Python, vertices: &Bound<PyAny>) -> PyResult<Self> {
         let points = arrays::points(vertices, "vertices")?;
         let mesh = MeshView { points: points.as_slice(), faces: &self.faces };
+        // An index that is too high is told by the refit.
+        let is_finite =
+            |vertex: &u32| mesh.points.get(*vertex as usize).is_none_or(|x| x.iter().all(|x| x.is_finite()));
+        let count = self.faces.iter().filter(|face| !face.iter().all(is_finite)).count();
+        if count > 0 {
+            return Err(value_error(NotFinite { count, elements: Elements::Faces, first: None }));
+        }
         let mut clusters = self.clusters.clone();
         py.detach(|| clusters.refit(mesh)).map_err(value_error)?;
         Ok(Self { clusters, faces: self.faces.clone() })

@@ -79,8 +79,7 @@ fn run_one(
         target.write()?;
         outcome.warnings.extend(target.recording.warnings.iter().cloned());
         if signals::status().is_some() {
-            let frames = target.recording.frames.len().saturating_sub(1);
-            eprintln!("sdftool: ended by a signal after {frames} frames, which {} holds", target.path.display());
+            eprintln!("sdftool: ended by a signal after {}", target.frames());
         }
     }
     Ok(outcome)
@@ -169,6 +168,22 @@ impl Target {
         Ok(())
     }
 
+    /// How many frames ran, and how many of them the file holds; the start is not counted.
+    fn frames(&self) -> String {
+        let (all, path) = (self.recording.frames.len(), self.path.display());
+        let kept = match self.form {
+            Form::Page => record::thinned(all, record::MAX_PAGE_FRAMES),
+            Form::Animation => record::thinned(all, ANIMATION[0]),
+            Form::Sheet => all.min(SHEET[0]),
+            Form::VtkHdf | Form::Folder => all,
+        };
+        let [all, kept] = [all, kept].map(|count| count.saturating_sub(1));
+        match kept < all {
+            true => format!("{all} frames, of which {path} holds {kept}, evenly over the run"),
+            false => format!("{all} frames, which {path} holds"),
+        }
+    }
+
     fn write(&mut self) -> Result<()> {
         let start = Instant::now();
         let recording = &self.recording;
@@ -177,7 +192,7 @@ impl Target {
             Form::Animation => write(&self.path, &record::animation(recording, ANIMATION[0], ANIMATION[1])),
             Form::Sheet => write(&self.path, &record::contact_sheet(recording, SHEET[0], SHEET[1])),
             Form::VtkHdf => record::write_vtkhdf(recording, &self.path),
-            Form::Folder => record::write_folder(recording, &self.path),
+            Form::Folder => record::write_folder(recording, self.kept, &self.path),
         };
         // What an earlier write of this run left stays.
         let written = match self.kept {

@@ -20,6 +20,7 @@ fn help_names_every_command_and_what_the_exit_status_means() {
             "negative inside",
             "Exit status: 0 done, 1 ",
             "2 wrong usage",
+            "128 + N ended by the signal N",
         ],
     );
     says(&help, &COMMANDS.map(|command| format!("\n  {command} ")).each_ref().map(String::as_str));

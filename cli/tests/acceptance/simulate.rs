@@ -130,13 +130,14 @@ fn a_body_that_is_thinner_than_its_voxels_is_warned_of() {
     folder.write("plate.obj", Model::cube().moved(|[x, y, z]| [2.0 * x, 2.0 * y, 0.01 * z]).obj());
     let scene = |bodies: &str| format!("title = 'thin'\nframes = 1\n{bodies}");
     let sphere = "[[obstacle]]\nshape = \"field = { shape = 'sphere', radius = 0.1 }\"\n";
+    let cube = "[[rigid]]\nmesh.cuboid = { half = [0.1, 0.1, 0.1] }\nstart.translate = [0.0, 0.0, 5.0]\n";
     let plate = "mesh.file = 'plate.obj'\n";
     let soft = format!("[[soft]]\n{plate}cell = 0.5\ndensity = 1.0\nyoung = 1e3\npoisson = 0.3\n");
     let warning =
         "no node is inside the solid: it is thinner than a voxel of 3.12e-2: others pass through it: give more cells";
     for (bodies, more, name) in [
         (
-            format!("{sphere}[[obstacle]]\nmesh.cuboid = {{ half = [1.0, 1.0, 0.005] }}\n"),
+            format!("{cube}{sphere}[[obstacle]]\nmesh.cuboid = {{ half = [1.0, 1.0, 0.005] }}\n"),
             "cells = 512\n",
             "obstacle 2",
         ),

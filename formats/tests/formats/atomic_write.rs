@@ -5,7 +5,7 @@ use std::io::{self, Error};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use sdf_formats::{atomic_write, grid_file, remove_temporaries, try_to_write};
+use sdf_formats::{FolderWriter, atomic_write, grid_file, remove_temporaries, try_to_write};
 use tempfile::TempDir;
 
 use crate::grid_samples::{DENSE, Made, about};
@@ -116,6 +116,27 @@ fn a_folder_is_not_replaced() {
     let answer: io::Result<()> = atomic_write(&old.folder.path().join("none/new.txt"), |_| unreachable!());
     assert_eq!(answer.unwrap_err().kind(), io::ErrorKind::NotFound);
     assert!(old.is_unchanged());
+}
+
+#[cfg(unix)]
+#[test]
+fn files_of_a_folder_are_replaced_by_one_writer() {
+    use std::os::unix::fs::{PermissionsExt, symlink};
+    let (old, elsewhere) = (OldFile::new(), OldFile::new());
+    let at = |name: &str| old.folder.path().join(name);
+    fs::set_permissions(&old.path, fs::Permissions::from_mode(0o640)).unwrap();
+    symlink(&elsewhere.path, at("link.txt")).unwrap();
+    fs::create_dir(at("folder")).unwrap();
+    let writer = FolderWriter::new(old.folder.path()).unwrap();
+    assert!(FolderWriter::new(old.folder.path()).is_err(), "it is being written already");
+    ["old.txt", "new.txt", "link.txt"].iter().for_each(|name| writer.write(name, name.as_bytes()).unwrap());
+    assert_eq!(writer.write("folder", b"").unwrap_err().to_string(), "exists and is not a regular file");
+    drop(writer);
+    ["old.txt", "new.txt", "link.txt"].iter().for_each(|name| assert_eq!(fs::read(at(name)).unwrap(), name.as_bytes()));
+    assert_eq!(fs::metadata(&old.path).unwrap().permissions().mode() & 0o777, 0o640);
+    assert!(at("link.txt").symlink_metadata().unwrap().is_symlink());
+    assert_eq!((old.file_count(), elsewhere.file_count()), (4, 1));
+    assert!(FolderWriter::new(&at("none")).is_err());
 }
 
 #[cfg(unix)]

@@ -5,19 +5,19 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use sdf_formats::FolderWriter;
+
 use super::Recording;
 
-/// Writes `frame_0000.obj` and so on, and `still.obj`, into a folder that is made if missing. Each file is written whole or not. Frames
-/// that an earlier, longer recording left there are removed, and nothing else.
-pub fn write_folder(recording: &Recording, folder: &Path) -> io::Result<()> {
+/// Writes `frame_0000.obj` and so on, from the frame `first` on, and `still.obj`, into a folder that is made if missing. Each file is
+/// written whole or not, and left to the system to flush. Frames that an earlier, longer recording left there are removed, and nothing else.
+pub fn write_folder(recording: &Recording, first: usize, folder: &Path) -> io::Result<()> {
     fs::create_dir_all(folder)?;
-    let write = |name: &str, text: String| {
-        sdf_formats::atomic_write(&folder.join(name), |temporary| fs::write(temporary, &text))
-    };
-    for (index, points) in recording.frames.iter().enumerate() {
-        write(&frame_name(index), text(points, &recording.faces, &recording.edges))?;
+    let writer = FolderWriter::new(folder)?;
+    for (index, points) in recording.frames.iter().enumerate().skip(first) {
+        writer.write(&frame_name(index), text(points, &recording.faces, &recording.edges).as_bytes())?;
     }
-    write("still.obj", text(&recording.still_points, &recording.still_faces, &[]))?;
+    writer.write("still.obj", text(&recording.still_points, &recording.still_faces, &[]).as_bytes())?;
     remove_later_frames(folder, recording.frames.len())
 }
 

@@ -3,7 +3,7 @@
 use super::Recording;
 
 /// Most frames of a page; more are thinned out evenly.
-const MAX_FRAMES: usize = 150;
+pub const MAX_PAGE_FRAMES: usize = 150;
 
 /// The page of a recording.
 pub fn page(recording: &Recording) -> String {
@@ -19,7 +19,7 @@ pub fn page(recording: &Recording) -> String {
         };
         points.iter().flat_map(pack).flat_map(u16::to_le_bytes).collect::<Vec<u8>>()
     };
-    let stride = recording.frames.len().div_ceil(MAX_FRAMES).max(1);
+    let stride = super::stride(recording.frames.len(), MAX_PAGE_FRAMES);
     let frames: Vec<&Vec<[f32; 3]>> = recording.frames.iter().step_by(stride).collect();
     let moving: Vec<u8> = frames.iter().flat_map(|points| pack(points)).collect();
     let indices = |indices: &[u32]| base64(&indices.iter().flat_map(|index| index.to_le_bytes()).collect::<Vec<u8>>());

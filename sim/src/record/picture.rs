@@ -56,8 +56,8 @@ pub fn contact_sheet(recording: &Recording, count: usize, size: usize) -> Vec<u8
 /// The APNG file of at most `count` frames, evenly over the run, each of `size` × `size` pixels; it takes as long as the run, with frames of
 /// whole milliseconds, at least 10 and at most 60,000.
 pub fn animation(recording: &Recording, count: usize, size: usize) -> Vec<u8> {
-    let stride = recording.frames.len().div_ceil(count.max(1)).max(1);
-    let shown = recording.frames.len().div_ceil(stride).max(1);
+    let stride = super::stride(recording.frames.len(), count);
+    let shown = super::thinned(recording.frames.len(), count).max(1);
     let canvas = Canvas::new(recording, size);
     let mut before = vec![TRANSPARENT; size * size];
     let images = (0..shown).map(|index| {

@@ -87,13 +87,16 @@ impl Stage {
         let mut stage =
             Self { world, surfaces: vec![], obstacles, animations, fields: vec![], cages: vec![], time: 0.0, warnings };
         stage.fill(spec, folder, threads).map_err(|message| invalid(&spec.name, message))?;
+        if stage.surfaces.is_empty() {
+            stage.warnings.push("nothing moves: give a [[cloth]], [[rigid]] or [[soft]]".to_owned());
+        }
         Ok(stage)
     }
 
     fn fill(&mut self, spec: &SceneSpec, folder: &Path, threads: Threads) -> Result<(), String> {
         let (mut random, mut budget) = (Random::new(spec.seed), Budget::default());
         for (number, cloth) in (1..).zip(&spec.cloth) {
-            let name = format!("cloth {number}");
+            let (name, first) = (format!("cloth {number}"), self.surfaces.len());
             let told = |message| format!("{name}: {message}");
             let mesh = cloth.mesh.mesh(folder).map_err(told)?;
             if mesh.points.is_empty() {
@@ -101,17 +104,19 @@ impl Stage {
             }
             budget.add(&name, &mesh, 1)?;
             self.add_cloth(cloth, mesh, &mut random).map_err(told)?;
+            self.check_from(first).map_err(told)?;
         }
         for (number, rigid) in (1..).zip(&spec.rigid) {
-            let name = format!("rigid {number}");
+            let (name, first) = (format!("rigid {number}"), self.surfaces.len());
             let told = |message| format!("{name}: {message}");
             let mesh = rigid.mesh.mesh(folder).map_err(told)?;
             budget.add(&name, &mesh, rigid.count.iter().map(|count| *count as usize).product())?;
             check_closed(&mesh).map_err(told)?;
             self.add_rigid(&name, rigid, &mesh, threads, &mut random).map_err(told)?;
+            self.check_from(first).map_err(told)?;
         }
         for (number, soft) in (1..).zip(&spec.soft) {
-            let name = format!("soft {number}");
+            let (name, first) = (format!("soft {number}"), self.surfaces.len());
             let told = |message| format!("{name}: {message}");
             let mesh = soft.mesh.mesh(folder).map_err(told)?;
             budget.add(&name, &mesh, 1)?;
@@ -121,8 +126,15 @@ impl Stage {
                 budget.add_cubes(&name, soft::cube_count(&mesh.points, soft.cell, soft.padding))?;
             }
             self.add_soft(&name, soft, &mesh, threads, &mut random).map_err(told)?;
+            self.check_from(first).map_err(told)?;
         }
         Ok(())
+    }
+
+    /// Refuses bodies from a surface on that begin where recordings cannot hold them.
+    fn check_from(&self, first: usize) -> Result<(), String> {
+        let beyond = self.surfaces[first..].iter().find_map(|surface| surface.beyond_f32(&self.world));
+        beyond.map_or(Ok(()), |x| Err(too_far(x)))
     }
 
     fn add_cloth(&mut self, spec: &ClothSpec, mut mesh: Mesh, random: &mut Random) -> Result<(), String> {
@@ -291,6 +303,10 @@ fn why_no_body(spec: &RigidSpec, mesh: &Mesh) -> String {
     }
 }
 
+pub(super) fn too_far(x: f64) -> String {
+    format!("a coordinate is {x:.3e}: give one within {:.1e}, as recordings hold f32", f32::MAX)
+}
+
 fn invalid_obstacle(spec: &SceneSpec, number: usize, message: &str) -> SceneError {
     invalid(&spec.name, format!("obstacle {number}: {message}"))
 }
@@ -313,7 +329,7 @@ fn bake(name: &str, mesh: &Mesh, cells: u32, threads: Threads, warnings: &mut Ve
 fn animation(spec: &ObstacleSpec) -> Result<Option<Animation>, String> {
     let (Some(from), Some(to)) = (&spec.shape, &spec.becomes) else { return Ok(None) };
     let placed = |text: &String| Ok::<_, String>(translated(closed_form(text)?, spec)?.into_any());
-    let animation = Animation::new(placed(from)?, placed(to)?, spec.period);
+    let animation = Animation::new(placed(from)?, placed(to)?, spec.period.unwrap_or(1.0));
     let why = "becomes: give the same shape as shape has (sphere, torus, cylinder, capsule, box or rounded_box), with other \
                parameters and the same pose";
     animation.map(Some).ok_or_else(|| why.to_owned())

@@ -5,6 +5,7 @@ use sdf_procedural::{Bowl, Pot};
 use toml::Spanned;
 use toml::de::DeValue;
 
+use super::build::too_far;
 use super::mesh_spec::MeshSpec;
 use super::run::ElementMethod;
 use super::spec::{ClothSpec, ObstacleSpec, Reach, RigidSpec, SceneSpec, SoftSpec, Start, Vary};
@@ -40,6 +41,12 @@ impl SceneSpec {
             return Err(format!("contacts_per_pair = {count}: give a number from 1 to {MAX_REDUCED}"));
         }
         self.vary.check()?;
+        let has_vertices = !(self.cloth.is_empty() && self.soft.is_empty());
+        if !(self.vary.mass_ratio.is_empty() || has_vertices) {
+            return Err(
+                "vary: mass_ratio: it is that of vertices: give a cloth or a soft body, or leave it out".to_owned()
+            );
+        }
         check_each("cloth", &self.cloth, ClothSpec::check)?;
         check_each("rigid", &self.rigid, RigidSpec::check)?;
         check_each("soft", &self.soft, SoftSpec::check)?;
@@ -108,8 +115,10 @@ impl ClothSpec {
 impl RigidSpec {
     fn check(&self) -> Result<(), String> {
         is_positive("mass", self.mass)?;
-        let [x, y, z] = self.count.map(u64::from);
-        is_count("count", u32::try_from(x.saturating_mul(y).saturating_mul(z)).unwrap_or(u32::MAX))?;
+        let copies: u128 = self.count.iter().map(|count| u128::from(*count)).product();
+        if !(1..=u128::from(MAX_COUNT)).contains(&copies) {
+            return Err(format!("count = {:?}: that is {copies}: give a number from 1 to {MAX_COUNT}", self.count));
+        }
         let coincide = |axis: &usize| self.count[*axis] > 1 && self.apart[*axis] == 0.0;
         if let (None, Some(axis)) = (self.start.random, (0..3).find(coincide)) {
             let (count, axis) = (self.count[axis], ["x", "y", "z"][axis]);
@@ -137,9 +146,17 @@ impl SoftSpec {
 
 impl ObstacleSpec {
     fn check(&self) -> Result<(), String> {
-        let Self { mesh, shape, becomes, period, file, cells, .. } = self;
+        let Self { mesh, shape, becomes, period, file, cells, translate } = self;
         is_count("cells", *cells)?;
-        is_positive("period", *period)?;
+        if let Some(period) = period {
+            is_positive("period", *period)?;
+            if becomes.is_none() {
+                return Err("period: only an obstacle with becomes has one: leave it out, or give becomes".to_owned());
+            }
+        }
+        if let Some(x) = translate.iter().find(|x| x.abs() > f64::from(f32::MAX)) {
+            return Err(too_far(*x));
+        }
         if becomes.is_some() && shape.is_none() {
             return Err("becomes: give the shape to begin with as shape".to_owned());
         }
@@ -181,6 +198,24 @@ impl Vary {
             count => Err(format!("vary: {count} combinations: list fewer values, for at most {MAX_VARIANTS}")),
         }
     }
+}
+
+/// Refuses lists of values to vary that are there and empty. An error has its place in the text.
+pub(super) fn check_lists(vary: &Spanned<DeValue>) -> Result<(), (usize, String)> {
+    let DeValue::Table(lists) = vary.get_ref() else { return Ok(()) };
+    lists.iter().try_for_each(|(key, value)| {
+        let key = key.get_ref();
+        let why = match value.get_ref() {
+            DeValue::Array(values) if values.is_empty() => {
+                format!("{key}: an empty list: give values, or leave it out")
+            }
+            DeValue::Integer(count) if count.as_str() == "0" && key == "seeds" => {
+                "seeds = 0: give at least 1, or leave it out".to_owned()
+            }
+            _ => return Ok(()),
+        };
+        Err((value.span().start, format!("vary: {why}")))
+    })
 }
 
 /// Refuses formulas that make no surface, or one that is turned inside out, and counts that they would have to change.

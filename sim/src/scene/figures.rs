@@ -11,7 +11,7 @@ use super::spec::Reach;
 pub struct Figures {
     /// Frames that were run.
     pub frames: u32,
-    /// Is every coordinate finite?
+    /// Is every coordinate finite, and within f32, which recordings hold? A run ends with the first frame that is not.
     pub finite: bool,
     /// Faces, or edges of strings, deeper than a quarter of the thickness at the end, or at the worst frame where the scene asks for
     /// every frame; by the certified search.
@@ -91,6 +91,10 @@ impl Figures {
                 "{} faces are deep at the start: sheets may leave fast, and soft bodies, or rigid ones far inside of an obstacle, may stay",
                 self.deep_at_start
             ));
+        }
+        if !self.finite {
+            let what = "the last frame has coordinates beyond f32, in which recordings hold them: the run ends there";
+            warnings.push(what.to_owned());
         }
         // NaN too.
         if !matches!(self.volume.partial_cmp(&0.0), Some(std::cmp::Ordering::Greater)) {

@@ -10,6 +10,7 @@ use sdf_core::combine::Shell;
 use sdf_field::{Field, Method, QueryError, Threads};
 
 use super::build::Stage;
+use super::coinciding::coinciding;
 use super::figures::Figures;
 use super::passing::Passing;
 use super::separate::Separations;
@@ -76,7 +77,7 @@ pub fn run(
     let mut rooms = vec![CageRoom::default(); bodies.len()];
     let cages = bodies.iter().zip(&mut rooms).filter_map(|(body, room)| Some((body, body.at_rest(room)?))).collect();
     let mut run = Run { cages, ..Run::new(spec, stage, method, threads) };
-    run.figures.deep_at_start = run.deep(stage)?.0;
+    run.figures.deep_at_start = run.deep(stage)?.0.max(coinciding(stage, spec.thickness));
     if on_frame(0, stage).is_continue() {
         for frame in 1..=spec.frames {
             run.frame(stage)?;
@@ -257,7 +258,7 @@ impl<'a> Run<'a> {
         let Stage { world, surfaces, .. } = stage;
         let figures = &mut self.figures;
         figures.frames = frame;
-        figures.finite = world.is_finite();
+        figures.finite = world.is_finite() && surfaces.iter().all(|surface| surface.beyond_f32(world).is_none());
         figures.volume = figures.volume.min(world.min_volume_ratio());
         let speeds = surfaces.iter().map(|surface| surface.max_speed(world));
         figures.max_speed = speeds.fold(figures.max_speed.max(world.max_speed()), f64::max);

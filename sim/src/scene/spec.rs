@@ -233,9 +233,8 @@ pub struct ObstacleSpec {
     pub shape: Option<String>,
     /// The same shape with other parameters: it swings between the two.
     pub becomes: Option<String>,
-    /// Time in which it gets there and back.
-    #[serde(default = "one")]
-    pub period: f64,
+    /// Time in which it gets there and back, 1 where nothing is said.
+    pub period: Option<f64>,
     /// A grid or closed form beside the scene's file.
     pub file: Option<PathBuf>,
     /// Where it stands.

@@ -93,7 +93,7 @@ fn variant(spec: &SceneSpec, indices: [usize; 8]) -> SceneSpec {
             start.velocity = start.velocity.map(|v| v * factor);
             start.spin = start.spin.map(|v| v * factor);
         }
-        new.obstacle.iter_mut().for_each(|obstacle| obstacle.period /= factor);
+        new.obstacle.iter_mut().for_each(|obstacle| obstacle.period = Some(obstacle.period.unwrap_or(1.0) / factor));
         // What is slow needs as long to arrive.
         new.frames = (f64::from(spec.frames) / factor.min(1.0)).min(f64::from(spec.frames) * 20.0) as u32;
     }

@@ -103,3 +103,54 @@ fn the_largest_speed_is_that_of_a_body_with_its_spin() {
     let (figures, _) = measured(&format!("frames = 2\ngravity = [0.0, 0.0, 0.0]\n{body}"));
     assert!((figures.max_speed - 5.0).abs() < 1e-9, "{}", figures.max_speed);
 }
+
+/// A body that begins within another, its faces on those of the other, is told as one that begins deep in it; bodies side by side are not.
+#[test]
+fn bodies_in_one_place_overlap_at_the_start_and_those_side_by_side_do_not() {
+    let bowl = "mesh.bowl = { around = 24, along = 12, thickness = 0.3 }\ncells = 48\n";
+    let cube = "mesh.cuboid = { half = [0.1, 0.1, 0.1] }\n";
+    let start = |mesh: &str, other: &str, at: [f64; 3], thickness: f64| {
+        let first = format!("frames = 1\nthickness = {thickness:?}\n[[rigid]]\n{mesh}");
+        measured(&format!("{first}{other}\n{mesh}start.translate = {at:?}\n")).0
+    };
+    for thickness in [0.0, 1e-3] {
+        for shift in [0.0, 1e-6, 1e-3, 0.01] {
+            let figures = start(cube, "[[rigid]]", [shift, 0.0, 0.0], thickness);
+            assert!(figures.deep_at_start > 0 && figures.deep_at_start <= 24, "{shift}: {figures:?}");
+            assert!(figures.warnings()[0].contains("deep at the start"));
+        }
+        assert!(start(bowl, "[[rigid]]", [0.0; 3], thickness).deep_at_start > 0);
+        for at in [[0.2, 0.0, 0.0], [0.2 - 0.2 * thickness, 0.0, 0.0], [0.2, 0.2, 0.2], [0.3, 0.0, 0.0]] {
+            let figures = start(cube, "[[rigid]]", at, thickness);
+            assert_eq!((figures.deep_at_start, figures.warnings()), (0, vec![]), "{at:?}");
+        }
+        assert_eq!(start(bowl, "[[rigid]]", [2.3, 0.0, 0.0], thickness).deep_at_start, 0);
+    }
+    let obstacle = "[[obstacle]]\nshape = 'field = { shape = \"box\", half_extents = [0.1, 0.1, 0.1] }'\n";
+    for (shift, faces) in [(0.0, 12), (0.2, 0)] {
+        let body = format!("[[rigid]]\n{cube}start.translate = [{shift:?}, 0.0, 0.0]\n");
+        assert_eq!(measured(&format!("frames = 1\n{body}{obstacle}")).0.deep_at_start, faces, "{shift}");
+    }
+}
+
+/// Recordings hold f32: what leaves it is no longer finite, though f64 still has it.
+#[test]
+fn a_run_that_leaves_f32_is_not_finite_and_is_warned_of() {
+    let body = "[[rigid]]\nmesh.cuboid = { half = [0.1, 0.1, 0.1] }\n";
+    let sheet =
+        "[[cloth]]\nmesh.sheet = { cells = [4, 4], size = [0.4, 0.4], height = 0.0, bend = 0.0, floor = 0.0 }\n";
+    for (tables, is_finite) in [
+        (format!("{body}start.velocity = [1e100, 0.0, 0.0]\n"), false),
+        (format!("{sheet}start.velocity = [1e100, 0.0, 0.0]\n"), false),
+        (format!("gravity = [0.0, 0.0, -1e100]\n{sheet}{body}"), false),
+        (format!("rate = 1e-100\n{body}"), false),
+        (format!("{body}start.velocity = [1e30, 0.0, 0.0]\n"), true),
+    ] {
+        let (figures, _) = measured(&format!("frames = 2\n{tables}"));
+        assert_eq!(figures.finite, is_finite, "{tables}");
+        assert_eq!(figures.frames, if is_finite { 2 } else { 1 });
+        let warned = "the last frame has coordinates beyond f32, in which recordings hold them: the run ends there";
+        assert_eq!(figures.warnings().iter().any(|line| line == warned), !is_finite, "{:?}", figures.warnings());
+        assert_eq!(figures.missed(&Reach::default()).contains_key("finite"), !is_finite);
+    }
+}

@@ -76,7 +76,7 @@ fn every_refusal_of_a_body_names_it() {
             vec![
                 ("mass", "-1.0", "mass = -1: "),
                 ("mass", "1e-200", "mass = 1e-200: "),
-                ("count", "[0, 1, 1]", "count = 0: "),
+                ("count", "[0, 1, 1]", "count = [0, 1, 1]: that is 0: "),
                 ("count", "[1, 2, 1]", "apart: "),
                 ("cells", "0", "cells = 0: "),
             ],
@@ -127,7 +127,7 @@ fn every_refusal_of_a_body_names_it() {
 /// Builds a scene of obstacles with files in this folder; its warnings.
 fn warned(obstacles: &str, folder: &Path) -> Vec<String> {
     let spec = scene::parse(&format!("title = \"all\"\nframes = 1\n{obstacles}"), "my.toml").unwrap();
-    Stage::build(&spec, folder, Threads::ONE).unwrap().warnings
+    Stage::obstacles(&spec, folder, Threads::ONE).unwrap().warnings
 }
 
 /// Slabs 0.01 and 0.5 thick, with voxels of 1/32: by themselves, placed, and beside a ball.

@@ -150,3 +150,68 @@ fn the_pins_of_a_smaller_scene_are_at_the_same_places() {
     bowl.shrink();
     assert!(Stage::build(&bowl, Path::new("."), Threads::ONE).is_ok());
 }
+
+#[test]
+fn a_body_that_begins_beyond_f32_is_refused_by_its_name() {
+    let far = "start.translate = [1e100, 0.0, 0.0]\n";
+    let sheet =
+        "[[cloth]]\nmesh.sheet = { cells = [4, 4], size = [0.4, 0.4], height = 0.0, bend = 0.0, floor = 0.0 }\n";
+    let cube = "mesh.cuboid = { half = [0.1, 0.1, 0.1] }\n";
+    let ball = "shape = 'field = { shape = \"sphere\", radius = 0.1 }'\ntranslate = [1e100, 0.0, 0.0]\n";
+    for (tables, name) in [
+        (format!("{sheet}{sheet}{far}"), "cloth 2"),
+        (format!("[[rigid]]\n{cube}{far}"), "rigid 1"),
+        (format!("[[rigid]]\n{cube}count = [2, 1, 1]\napart = [1e60, 0.0, 0.0]\n"), "rigid 1"),
+        (format!("[[soft]]\n{cube}cell = 0.1\ndensity = 1e3\nyoung = 1e6\npoisson = 0.3\n{far}"), "soft 1"),
+        (format!("[[rigid]]\n{cube}[[obstacle]]\n{ball}"), "obstacle 1"),
+        (format!("[[rigid]]\n{cube}[[obstacle]]\n{cube}translate = [1e100, 0.0, 0.0]\n"), "obstacle 1"),
+    ] {
+        let build = |spec: SceneSpec| Stage::build(&spec, Path::new("."), Threads::ONE);
+        let refused = parsed(&tables).and_then(build).unwrap_err().to_string();
+        let at = if tables.contains("1e60") { "1.000e60" } else { "1.000e100" };
+        let wanted = format!("my.toml: {name}: a coordinate is {at}: give one within 3.4e38, as recordings hold f32");
+        assert_eq!(refused, wanted, "{tables}");
+    }
+}
+
+#[test]
+fn keys_without_effect_are_refused() {
+    let cube = "[[rigid]]\nmesh.cuboid = { half = [0.1, 0.1, 0.1] }\n";
+    let ball = "[[obstacle]]\nshape = 'field = { shape = \"sphere\", radius = 0.1 }'\n";
+    let copies = |count: &str| format!("{cube}count = {count}\napart = [1.0, 1.0, 1.0]\n");
+    for (tables, wanted) in [
+        (
+            copies("[200, 200, 200]"),
+            "rigid 1: count = [200, 200, 200]: that is 8000000: give a number from 1 to 1000000",
+        ),
+        (copies("[100000, 100000, 1]"), "rigid 1: count = [100000, 100000, 1]: that is 10000000000: give "),
+        (
+            copies("[4000000000, 4000000000, 4000000000]"),
+            "rigid 1: count = [4000000000, 4000000000, 4000000000]: that is 64000000000000000000000000000: give ",
+        ),
+        (copies("[0, 1, 1]"), "rigid 1: count = [0, 1, 1]: that is 0: give "),
+        (format!("{cube}{ball}period = 2.0\n"), "obstacle 1: period: only an obstacle with becomes has one"),
+        (
+            format!("{cube}[vary]\nmass_ratio = [1.0, 10.0]\n"),
+            "vary: mass_ratio: it is that of vertices: give a cloth or a soft body",
+        ),
+        (format!("{cube}[vary]\nrate = []\n"), "vary: rate: an empty list: give values, or leave it out"),
+        (format!("{cube}[vary]\nsubsteps = []\n"), "vary: substeps: an empty list: "),
+        (format!("{cube}[vary]\nmass_ratio = []\n"), "vary: mass_ratio: an empty list: "),
+        (format!("{cube}[vary]\nseeds = 0\n"), "line 6: vary: seeds = 0: give at least 1, or leave it out"),
+    ] {
+        let refused = parsed(&tables).unwrap_err().to_string();
+        assert!(refused.starts_with("my.toml: ") && refused.contains(wanted), "{tables}: {refused}");
+    }
+    let sheet =
+        "[[cloth]]\nmesh.sheet = { cells = [4, 4], size = [0.4, 0.4], height = 0.0, bend = 0.0, floor = 0.0 }\n";
+    let becomes = "becomes = 'field = { shape = \"sphere\", radius = 0.2 }'\nperiod = 2.0\n";
+    let warnings =
+        |tables: &str| Stage::build(&parsed(tables).unwrap(), Path::new("."), Threads::ONE).unwrap().warnings;
+    for tables in [format!("{sheet}[vary]\nmass_ratio = [2.0]\nseeds = 2\n"), format!("{cube}{ball}{becomes}")] {
+        assert_eq!(warnings(&tables), [""; 0], "{tables}");
+    }
+    for tables in ["", ball] {
+        assert_eq!(warnings(tables), ["nothing moves: give a [[cloth]], [[rigid]] or [[soft]]"], "{tables}");
+    }
+}
