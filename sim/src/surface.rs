@@ -167,10 +167,16 @@ impl Surface {
         self.map(|vertex| self.point(world, vertex).into())
     }
 
-    /// A coordinate of the vertices that is not finite or beyond f32, which recordings hold; `None` if all are within.
+    /// A coordinate of the vertices that is not finite or beyond f32, which recordings hold; `None` if all are within. Of a rigid body
+    /// one of the cube around it.
     pub(crate) fn beyond_f32(&self, world: &World) -> Option<f64> {
-        let within = f64::from(f32::MAX);
-        self.points(world).into_iter().flatten().find(|x| x.is_nan() || x.abs() > within)
+        let is_beyond = |x: &f64| x.is_nan() || x.abs() > f64::from(f32::MAX);
+        match self.carrier {
+            Carrier::Body { id, .. } => {
+                world.bodies[id as usize].position.iter().map(|x| x.abs() + self.radius()).find(is_beyond)
+            }
+            _ => self.points(world).into_iter().flatten().find(is_beyond),
+        }
     }
 
     /// The vertices of a rigid body in its own frame, and clusters of its faces.
