@@ -3,7 +3,7 @@ use serde_json::json;
 
 use crate::report::number;
 
-/// What no bound of an open mesh's grid covers: away from its triangles, the sign may change and change back between the nodes.
+/// Exception from every bound of an open mesh's grid: away from its triangles, the sign may change and change back between the nodes.
 pub const UNSEEN: &str = "except where the sign changes unseen within a cell";
 
 /// The share of cells with the error of a closed mesh, and where the others are.
