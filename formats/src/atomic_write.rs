@@ -50,7 +50,8 @@ pub fn atomic_write<T, E: From<io::Error>>(target: &Path, write: impl FnOnce(&Pa
 }
 
 /// Writer of many files of one folder, each whole or not at all if the program is killed, as [`atomic_write`] does, but not flushed to
-/// the disk one by one: what a power failure finds there of the last ones may be empty. One temporary folder serves all of them.
+/// the disk one by one: after a power failure the last ones may be empty, cut short or missing, also where they replaced another. One
+/// temporary folder serves all of them.
 pub struct FolderWriter {
     folder: PathBuf,
     temporary: Temporary,

@@ -24,12 +24,12 @@ use sdf_field::{Field, Threads};
 use crate::V3;
 use crate::scene::Stage;
 
-/// How many of so many frames a page or an animation with at most `most` frames keeps, evenly over the run.
+/// Number of frames that a page or an animation of at most `most` keeps of a run's, evenly.
 pub fn thinned(frames: usize, most: usize) -> usize {
     frames.div_ceil(stride(frames, most))
 }
 
-/// Each so many frames one is kept.
+/// Number of frames from one that is kept to the next.
 fn stride(frames: usize, most: usize) -> usize {
     frames.div_ceil(most.max(1)).max(1)
 }

@@ -4,8 +4,8 @@
 //! 2. Half-edges are sorted by their end points; those of one edge are counted to find boundary and non-manifold edges.
 //!    Collinear triangles take part where they join boundary edges (`stitches`).
 //! 3. Union-find over edges counts shells.
-//! 4. A breadth-first search across edges of two triangles turns each to agree with its neighbour. The majority of a
-//!    connected part keeps its winding. Edges that agree as they are wound come first, so that few are turned on what no winding suits.
+//! 4. A search across edges of two triangles turns each to agree with its neighbour. The majority of a connected part keeps its
+//!    winding. Edges that agree as they are wound come first: triangles that they connect are turned together or not at all.
 //! 5. A closed shell with negative volume (divergence theorem, V = ⅓ Σ area vector · corner) is turned as a whole.
 
 use std::fmt;

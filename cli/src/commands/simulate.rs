@@ -79,7 +79,11 @@ fn run_one(
         target.write()?;
         outcome.warnings.extend(target.recording.warnings.iter().cloned());
         if signals::status().is_some() {
-            eprintln!("sdftool: ended by a signal after {}", target.frames());
+            let told = target.frames();
+            match outcome.runs {
+                1 => eprintln!("sdftool: ended by a signal after {told}"),
+                runs => eprintln!("sdftool: ended by a signal in run {runs}; the first has {told}"),
+            }
         }
     }
     Ok(outcome)
@@ -168,7 +172,7 @@ impl Target {
         Ok(())
     }
 
-    /// How many frames ran, and how many of them the file holds; the start is not counted.
+    /// Frames that ran, and those of them that the file holds; the start is not counted.
     fn frames(&self) -> String {
         let (all, path) = (self.recording.frames.len(), self.path.display());
         let kept = match self.form {

@@ -2,7 +2,7 @@
 //!
 //! No point of such a face is deep, so the search for contacts does not tell two bodies in one place. A face counts if its corners and its
 //! centroid are on the other's surface and a point below the centroid is inside of both. Of bodies side by side that point is outside of
-//! one of them.
+//! one of them. Of bodies thinner than 4 % of their radius no such point is found; soft bodies and obstacles that change are not looked at.
 
 use sdf_core::Aabb;
 use sdf_field::{Field, Threads};
@@ -11,13 +11,13 @@ use super::build::Stage;
 use super::run::body_of;
 use crate::{Body, V3};
 
-/// Points nearer than the thickness and this share of a body's radius are on a surface: grids round by less.
+/// Points nearer than a quarter of the thickness and this share of a body's radius are on a surface.
 const NEAR: f64 = 0.01;
 
 /// The point below a face is so many times as deep.
 const BELOW: f64 = 3.0;
 
-/// How many faces there are, each counted once for each of the others.
+/// Number of such faces, each counted once for each of the others.
 pub(super) fn coinciding(stage: &Stage, thickness: f64) -> usize {
     let Stage { world, surfaces, obstacles, fields, .. } = stage;
     let mut count = 0;
@@ -63,11 +63,11 @@ impl Skin<'_> {
             return 0;
         }
         // What is outside of the box is not on the surface.
-        let value = |field: &Field, point: V3| match is_within(&bounds, point.into()) {
-            true => field.sample(&[point.into()], Threads::ONE)[0].value,
+        let value = |point: V3| match is_within(&bounds, point.into()) {
+            true => other.sample(&[point.into()], Threads::ONE)[0].value,
             false => f64::INFINITY,
         };
-        let is_on = |point: &V3| value(other, local(point)).abs() <= self.near;
+        let is_on = |point: &V3| value(local(point)).abs() <= self.near;
         let on: Vec<bool> = self.points.iter().map(|point| is_on(&V3::from(*point))).collect();
         let is_coinciding = |face: &&[u32; 3]| {
             if !face.iter().all(|vertex| on[*vertex as usize]) {
@@ -78,7 +78,7 @@ impl Skin<'_> {
             let Some(normal) = (b - a).cross(&(c - a)).try_normalize(0.0) else { return false };
             let below = centroid - normal * (BELOW * self.near);
             let own = self.field.sample(&[below.into()], Threads::ONE)[0].value;
-            is_on(&centroid) && own < -self.near && value(other, local(&below)) < -self.near
+            is_on(&centroid) && own < -self.near && value(local(&below)) < -self.near
         };
         self.faces.iter().filter(is_coinciding).count()
     }

@@ -169,11 +169,10 @@ impl World {
         let slid = self.at(&element, rows) - self.at(&field, rows) - from;
         let across = slid - normal * normal.dot(&slid);
         let length = across.norm();
-        if length <= 0.0 {
-            return;
-        }
-        let weight = self.inv_mass_of(&touch, &(across / length));
-        let wanted = held - across / weight;
+        let wanted = match length > 0.0 {
+            true => held - across / self.inv_mass_of(&touch, &(across / length)),
+            false => held,
+        };
         let limit = friction * pushed;
         let allowed = if wanted.norm() > limit { wanted * (limit / wanted.norm()) } else { wanted };
         rows.touches[index].held = allowed;
@@ -211,7 +210,7 @@ impl World {
     /// than there is about any axis, and keeps the angular momentum of a pair.
     fn hold_roll(&mut self, touch: &Touch, pushed: f64, rows: &mut Rows, index: usize, dt: f64) {
         let limit = self.rolling_friction * pushed;
-        if limit <= 0.0 {
+        if limit <= 0.0 && touch.twisted == V3::zeros() {
             return;
         }
         let body_of = |side: &Side| match side {
