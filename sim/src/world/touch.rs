@@ -1,6 +1,7 @@
 //! A contact row as a hard unilateral constraint: sides that are too near are pushed apart, and Coulomb's friction, at most μ times
 //! all that was pushed in the step, holds against their slide. Rolling friction holds against the turn of one body on the other, by a
-//! torque of at most a lever times all that was pushed.
+//! torque of at most a lever times all that was pushed. Rows of rigid bodies that have struck each other take back what they pushed too
+//! much.
 
 use sdf_core::contact::{Row, RowSide};
 use sdf_core::nalgebra::UnitQuaternion;
