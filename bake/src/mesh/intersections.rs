@@ -124,13 +124,12 @@ fn count_pairs(
     let is_over = || tests.load(Ordering::Relaxed) > max_tests;
     let corners = |slot: usize| (&mesh.triangles[tree.triangles[slot] as usize], &tree.corners[slot]);
     let is_counted = |slot: &usize| orientations[*slot] != 0.0;
-    let count_in_group = |(near, packed, masks): &mut (Vec<usize>, Vec<CornersX8>, Vec<u32>), first: usize| {
+    let count_in_group = |(near, packed, found): &mut (Vec<usize>, Vec<CornersX8>, Vec<usize>), first: usize| {
         let group = first..tree.corners.len().min(first + GROUP_SIZE);
         let group_box =
             tree.corners[group.clone()].iter().map(|corners| box_around(corners, gap)).reduce(|a, b| a.union(&b));
         let Some(group_box) = group_box else { return 0 };
         near.clear();
-        // Pairs are counted from the first of both.
         tree.visit_overlapping(group_box.min.into(), group_box.max.into(), |slot| {
             near.extend(Some(slot).filter(|slot| *slot > first && is_counted(slot)));
             ControlFlow::Continue(())
@@ -139,29 +138,20 @@ fn count_pairs(
         packed.extend(near.chunks(LANES).map(|slots| CornersX8::new(slots, corners)));
         let mut count_with = |slot: usize| {
             let (triangle, plane) = (corners(slot), Plane::new(&tree.corners[slot], gap));
-            masks.resize(packed.len(), 0);
-            let bounds = &box_around(&tree.corners[slot], gap);
+            found.clear();
             tree.arch.dispatch(FindNotApart {
                 triangles: packed,
-                bounds,
+                slots: near,
+                bounds: &box_around(&tree.corners[slot], gap),
                 plane: &plane,
                 triangle,
+                slot,
                 ignores_apart,
                 gap,
-                masks,
+                found,
             });
-            let (mut count, mut tested) = (0, 0);
-            for (others, mask) in near.chunks(LANES).zip(masks.iter()) {
-                let mut mask = *mask;
-                while mask != 0 {
-                    let other = others[mask.trailing_zeros() as usize];
-                    mask &= mask - 1;
-                    tested += 1;
-                    count += usize::from(slot < other && test(&plane, triangle, corners(other), [slot, other]));
-                }
-            }
-            tests.fetch_add(tested, Ordering::Relaxed);
-            count
+            tests.fetch_add(found.len(), Ordering::Relaxed);
+            found.iter().filter(|other| test(&plane, triangle, corners(**other), [slot, **other])).count()
         };
         group.filter(is_counted).map(&mut count_with).sum()
     };
@@ -261,28 +251,29 @@ fn are_apart_off_planes([plane_of_a, plane_of_b]: [&Plane; 2], a: Corners, b: Co
 /// Do two triangles face away from each other, and come nearer than rounding can tell, or, where they share a corner, than
 /// [`FOLD_SINE`] of their size across from it? Then rounding decides which of them is nearest to a point, and on which side it is.
 fn are_back_to_back(a: Corners, b: Corners, orientations: [f64; 2], gap: f64) -> bool {
-    let normals = [area_vector(*a.1) * orientations[0], area_vector(*b.1) * orientations[1]];
-    if normals[0].dot(&normals[1]) >= 0.0 {
+    let shared = a.0.iter().filter(|point| b.0.contains(point)).count();
+    // Folded edges are found by their pseudo-normals.
+    if shared > 1 {
         return false;
     }
-    let shared = a.0.iter().filter(|point| b.0.contains(point)).count();
+    let normals = [area_vector(*a.1) * orientations[0], area_vector(*b.1) * orientations[1]];
+    let dot = normals[0].dot(&normals[1]);
+    if shared == 0 {
+        return dot < 0.0 && are_within(gap, a.1, b.1);
+    }
+    // Folded onto each other around a corner they face almost opposite ways.
+    if dot >= -0.5 * normals[0].norm() * normals[1].norm() {
+        return false;
+    }
     let across = |own: Corners, other: Corners| {
         let mut corners = own.0.iter().zip(own.1).filter(|(point, _)| !other.0.contains(point));
         let mut next = || corners.next().map_or_else(Vector3::zeros, |(_, corner)| *corner);
         [next(), next()]
     };
-    match shared {
-        0 => are_within(gap, a.1, b.1),
-        // Folded onto each other they face almost opposite ways.
-        1 if normals[0].dot(&normals[1]) < -0.5 * normals[0].norm() * normals[1].norm() => {
-            let sides = [across(a, b), across(b, a)];
-            let longest = sides.iter().map(|[from, to]| (to - from).norm()).fold(0.0, f64::max);
-            let within = gap.max(FOLD_SINE * longest);
-            sides.iter().zip([b, a]).any(|(side, other)| are_within(within, side, other.1))
-        }
-        // Folded edges are found by their pseudo-normals.
-        _ => false,
-    }
+    let sides = [across(a, b), across(b, a)];
+    let longest = sides.iter().map(|[from, to]| (to - from).norm()).fold(0.0, f64::max);
+    let within = gap.max(FOLD_SINE * longest);
+    sides.iter().zip([b, a]).any(|(side, other)| are_within(within, side, other.1))
 }
 
 /// Not inlined: one copy of a long function that is called for few pairs.

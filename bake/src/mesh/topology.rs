@@ -253,7 +253,7 @@ fn orient_connected(
 ) {
     // The triangles found so far, which is also the queue of the search.
     let mut part: Vec<usize> = vec![];
-    let mut next = 0;
+    let (mut next, mut has_disagreeing) = (0, false);
     let mut across_disagreeing = vec![(first, 1.0)];
     while let Some((start, orientation)) = across_disagreeing.pop() {
         if orientations[start] != 0.0 {
@@ -265,17 +265,18 @@ fn orient_connected(
             next += 1;
             for neighbour in neighbours[triangle].iter().flatten() {
                 let other = neighbour.triangle as usize;
-                if orientations[other] != 0.0 {
-                    continue;
-                }
-                if neighbour.agrees {
+                if !neighbour.agrees {
+                    has_disagreeing = true;
+                    across_disagreeing.push((other, -orientation));
+                } else if orientations[other] == 0.0 {
                     orientations[other] = orientation;
                     part.push(other);
-                } else {
-                    across_disagreeing.push((other, -orientation));
                 }
             }
         }
+    }
+    if !has_disagreeing {
+        return;
     }
     let disagreements = |triangle: &usize| {
         let of_neighbours = neighbours[*triangle].iter().flatten();

@@ -6,17 +6,22 @@ use super::{Corners, Plane};
 use crate::rounding::{DETERMINANT_ROUNDING, FOLD_SINE, MIN_VOLUME};
 use crate::simd::{LANES, Lanes, VectorX8, bits_of, dot, max, min};
 
-/// [`CornersX8::not_apart`] of many triangles, without those [apart by their own planes](CornersX8::apart_by_own_planes) and, with
-/// `ignores_apart`, [around a corner](CornersX8::apart_around_corner), dispatched to the instruction set of the machine.
+/// Finds the triangles after one in the tree that are [not apart](CornersX8::not_apart) from it, without those
+/// [apart by their own planes](CornersX8::apart_by_own_planes) and, with `ignores_apart`,
+/// [around a corner](CornersX8::apart_around_corner), dispatched to the instruction set of the machine.
 pub(super) struct FindNotApart<'a> {
     pub triangles: &'a [CornersX8],
+    /// Slots of the triangles.
+    pub slots: &'a [usize],
     pub bounds: &'a Aabb,
     pub plane: &'a Plane,
     pub triangle: Corners<'a>,
+    pub slot: usize,
     pub ignores_apart: bool,
     /// Triangles within it are not apart.
     pub gap: f64,
-    pub masks: &'a mut [u32],
+    /// Slots of those found.
+    pub found: &'a mut Vec<usize>,
 }
 
 impl pulp::NullaryFnOnce for FindNotApart<'_> {
@@ -24,15 +29,61 @@ impl pulp::NullaryFnOnce for FindNotApart<'_> {
 
     #[inline(always)]
     fn call(self) {
-        for (triangles, mask) in self.triangles.iter().zip(self.masks) {
-            *mask = triangles.not_apart(self.bounds, self.plane, self.triangle.0);
-            if *mask != 0 {
-                *mask &= !triangles.apart_by_own_planes(self.triangle, self.gap);
-            }
-            if self.ignores_apart && *mask != 0 {
-                *mask &= !triangles.apart_around_corner(self.triangle);
+        // Few of eight are left by box and plane: these are brought together.
+        let mut left = Left { triangles: CornersX8::NONE, slots: [0; LANES], count: 0 };
+        for (triangles, slots) in self.triangles.iter().zip(self.slots.chunks(LANES)) {
+            let mut mask = triangles.not_apart(self.bounds, self.plane, self.triangle.0);
+            while mask != 0 {
+                let lane = mask.trailing_zeros() as usize;
+                mask &= mask - 1;
+                // Pairs are found from the first of both.
+                if slots[lane] > self.slot {
+                    left.push(triangles, lane, slots[lane]);
+                }
+                if left.count == LANES {
+                    left.drain(self.triangle, self.ignores_apart, self.gap, self.found);
+                }
             }
         }
+        left.drain(self.triangle, self.ignores_apart, self.gap, self.found);
+    }
+}
+
+/// Triangles that box and plane leave, side by side.
+struct Left {
+    triangles: CornersX8,
+    slots: [usize; LANES],
+    count: usize,
+}
+
+impl Left {
+    #[inline(always)]
+    fn push(&mut self, triangles: &CornersX8, lane: usize, slot: usize) {
+        for corner in 0..3 {
+            self.triangles.points[corner][self.count] = triangles.points[corner][lane];
+            for axis in 0..3 {
+                self.triangles.positions[corner][axis][self.count] = triangles.positions[corner][axis][lane];
+            }
+        }
+        self.slots[self.count] = slot;
+        self.count += 1;
+    }
+
+    /// Empties it into the slots of those that are not apart from a triangle by other planes either.
+    #[inline(always)]
+    fn drain(&mut self, triangle: Corners, ignores_apart: bool, gap: f64, found: &mut Vec<usize>) {
+        let mut mask = (1 << self.count) - 1;
+        if mask != 0 {
+            mask &= !self.triangles.apart_by_own_planes(triangle, gap);
+        }
+        if ignores_apart && mask != 0 {
+            mask &= !self.triangles.apart_around_corner(triangle);
+        }
+        while mask != 0 {
+            found.push(self.slots[mask.trailing_zeros() as usize]);
+            mask &= mask - 1;
+        }
+        self.count = 0;
     }
 }
 
@@ -43,8 +94,10 @@ pub(super) struct CornersX8 {
 }
 
 impl CornersX8 {
+    const NONE: Self = Self { points: [[0; LANES]; 3], positions: [[[f64::NAN; LANES]; 3]; 3] };
+
     pub fn new<'a>(slots: &[usize], corners: impl Fn(usize) -> Corners<'a>) -> Self {
-        let mut all = Self { points: [[0; LANES]; 3], positions: [[[f64::NAN; LANES]; 3]; 3] };
+        let mut all = Self::NONE;
         for (lane, slot) in slots.iter().enumerate() {
             let (points, positions) = corners(*slot);
             for corner in 0..3 {
