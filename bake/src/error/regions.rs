@@ -181,7 +181,7 @@ impl MeshDistance<'_> {
         if self.sign_method() != SignMethod::Winding {
             return false;
         }
-        let slope = self.boundary().slope_bound(center, radius);
+        let slope = self.boundary().slope_bound(center, radius, 0.5 / radius);
         if slope * radius >= 0.5 {
             return false;
         }

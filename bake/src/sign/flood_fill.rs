@@ -216,9 +216,14 @@ impl<'a> FloodFill<'a> {
         let position = (self.block.position)(node);
         let mut estimate = estimate_by(region.slope);
         if estimate.error > MAX_CONGRUENT_ERROR {
-            let radius = 0.5 * length * self.block.spacing * self.clearance;
-            let slope = self.mesh.boundary().slope_bound((position + from(self)) * 0.5, radius);
-            estimate = estimate_by((slope * self.block.spacing * self.clearance).min(f64::MAX));
+            let step = self.block.spacing * self.clearance;
+            // Beyond it the side, or which whole number to add, would not be certain.
+            let has_cone = self.mesh.boundary().has_cone();
+            let max_error = if has_cone { MAX_CONGRUENT_ERROR } else { (estimate.value.abs() - 0.5).abs() };
+            let max_slope = (max_error - f64::from(winding.error)) / (length * step);
+            let middle = (position + from(self)) * 0.5;
+            let slope = self.mesh.boundary().slope_bound(middle, 0.5 * length * step, max_slope);
+            estimate = estimate_by((slope * step).min(f64::MAX));
         }
         let carried = Winding::new(self.mesh.boundary().refine(estimate, position).unwrap_or(estimate));
         carried.is_certain().then_some(carried)
@@ -336,7 +341,8 @@ impl<'a> FloodFill<'a> {
 
     fn evaluate(&mut self, index: usize) {
         // A value that cannot be carried on needs no smaller error than its own side does.
-        let max_error = if self.mesh.boundary().has_slope_bound() { MAX_EVALUATED_ERROR } else { f64::INFINITY };
+        let is_carried = self.regions.is_empty() || self.sub_cube(self.node(index), SIDE / 4).slope < 0.5;
+        let max_error = if is_carried { MAX_EVALUATED_ERROR } else { f64::INFINITY };
         let position = self.position(index);
         let estimate = self.mesh.winding_estimate(position, max_error);
         if self.is_on_surface(index) && self.is_undecided(position, estimate) {

@@ -95,9 +95,7 @@ impl MomentTree {
 impl WindingNumbers {
     /// Winding numbers of a mesh, by the orientations of its triangles in the tree's order.
     pub fn of_mesh(mesh: &TriangleMesh, oriented: &OrientedMesh, orientations: Vec<f64>) -> Self {
-        let corners = |points: [u32; 2]| points.map(|point| mesh.points[point as usize]);
-        let edges = oriented.boundary().map(|(points, multiplicity)| (corners(points), multiplicity));
-        Self::new(orientations, MeshBoundary::new(edges))
+        Self::new(orientations, MeshBoundary::new(&mesh.points, oriented.boundary()))
     }
 
     /// Orientations, in the tree's order: 1 for a triangle wound outward, −1 for inward, 0 for one that does not count.

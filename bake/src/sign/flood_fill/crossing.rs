@@ -12,15 +12,17 @@ use crate::sign::winding::Estimate;
 const MAX_TRIES: usize = 3;
 
 impl FloodFill<'_> {
-    /// Adopts the winding number of the first known neighbour across a face or a cell with a clear segment.
+    /// Adopts the winding number of a known neighbour across a face or a cell with a clear segment.
     pub(super) fn copy_from_diagonal(&mut self, index: usize) {
-        for (neighbour, length) in self.neighbours(index) {
-            let winding = self.windings[neighbour];
-            if length > 1.0 && winding.is_known() && self.is_clear(index, self.distances[neighbour], length) {
-                self.adopt(index, winding, length, |flood| flood.position(neighbour));
-                if self.windings[index].is_known() {
-                    return;
-                }
+        let is_usable = |(neighbour, length): &(usize, f64)| {
+            let is_diagonal = *length > 1.0 && self.windings[*neighbour].is_known();
+            is_diagonal && self.is_clear(index, self.distances[*neighbour], *length)
+        };
+        let usable: Vec<_> = self.neighbours(index).filter(is_usable).take(MAX_TRIES).collect();
+        for (neighbour, length) in usable {
+            self.adopt(index, self.windings[neighbour], length, |flood| flood.position(neighbour));
+            if self.windings[index].is_known() {
+                return;
             }
         }
     }

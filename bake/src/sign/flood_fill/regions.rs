@@ -36,6 +36,9 @@ struct SubRegions {
     quarters: [Option<Region>; 64],
 }
 
+/// Length of segments, in spacings, along which a slope tells the change of w. Along a shorter one its bound may be infinite.
+const MIN_LENGTH: f64 = 0.25;
+
 /// Largest error of a carried value that has its fraction from the boundary.
 const MAX_CARRIED_ERROR: f64 = 0.2;
 
@@ -83,15 +86,17 @@ impl Region {
         let last = std::array::from_fn(|axis| (first[axis] + side).min(block.counts[axis]) - 1);
         let [low, high] = [first, last].map(block.position);
         let (middle, half_diagonal) = ((low + high) * 0.5, 0.5 * (high - low).norm() * clearance);
-        // Finite, so that a segment of length zero times it is zero and not NaN.
-        let slope_within = |radius: f64| mesh.boundary().slope_bound(middle, radius).min(f64::MAX);
-        let error = slope_within(half_diagonal) * half_diagonal;
+        let step = block.spacing * clearance;
+        // Finite, so that a segment of length zero times it is zero and not NaN. A change of 1/2 tells nothing.
+        let slope_within =
+            |radius: f64, length: f64| mesh.boundary().slope_bound(middle, radius, 0.5 / length).min(f64::MAX);
+        let error = slope_within(half_diagonal, half_diagonal) * half_diagonal;
         let fraction = if error > MAX_CARRIED_ERROR { None } else { mesh.boundary().winding_fraction(middle) };
-        let slope = slope_within(half_diagonal + 3.0_f64.sqrt() * block.spacing * clearance);
+        let slope = slope_within(half_diagonal + 3.0_f64.sqrt() * step, MIN_LENGTH * step);
         Self {
             fraction: fraction.map(|fraction| fraction.value),
             error: error + fraction.map_or(0.0, |fraction| fraction.error),
-            slope: (slope * block.spacing * clearance).min(f64::MAX),
+            slope: (slope * step).min(f64::MAX),
         }
     }
 

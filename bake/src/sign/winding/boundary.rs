@@ -10,8 +10,14 @@
 //! h the distance of x from the edge's line. For an edge of length ℓ at distance d ≥ h from x, the last integral is at most
 //! min(ℓ/d², 2/d): the first as |y − x| ≥ d. The second is the integral over the whole line if d = h. Else the edge is on one side of
 //! the line's nearest point, and the integral over all of that side farther than d is at most h/d². Both fall with d. So in a ball of radius r about x an edge contributes at most |m| min(ℓ/(d − r)², 2/(d − r)).
+//!
+//! Edges that form a loop are also the boundary of any surface across it, whose dipoles give the same gradient. With area A and distance d
+//! from the ball that is at most (1/4π) 2A/d³: of a small hole far away much less than the edges by themselves, whose parts cancel.
+
+mod loops;
 
 use std::f64::consts::PI;
+use std::ops::Range;
 
 use sdf_core::nalgebra::Vector3;
 
@@ -19,76 +25,94 @@ use super::boundary_cone::BoundaryCone;
 use super::{Estimate, MAX_CONGRUENT_ERROR, nearest_congruent};
 use crate::rounding::SUM_SLACK;
 use crate::simd::{LANES, Lanes, VectorX8, max, min};
+use loops::{is_closed, loops};
 use sdf_core::hilbert::{BITS, hilbert_index};
 
 /// Boundary edges of an oriented mesh.
 pub(crate) struct MeshBoundary {
-    /// Edges in Hilbert order, eight to an item.
+    /// Edges of small loops, and eight at a time those of others.
     edges: Vec<EdgesX8>,
-    /// Balls around the items of [`Self::edges`], eight to an item.
-    groups: Vec<GroupsX8>,
+    /// Up to eight items of [`Self::edges`] each: small loops near each other, or parts of a large one.
+    groups: Vec<Group>,
+    /// The groups, eight to an item.
+    clusters: Vec<PartsX8>,
+    edge_count: usize,
     /// Empty if the boundary has too many edges for it.
     cone: BoundaryCone,
 }
 
-/// Groups of edges side by side, each in a ball. Lanes after the last repeat the first with weight zero.
-struct GroupsX8 {
-    center: VectorX8<f64>,
-    radius: Lanes<f64>,
-    weight: Lanes<f64>,
-}
-
-/// Edges side by side. Lanes after the last repeat the first with multiplicity zero.
+/// Edges side by side. Lanes after the last repeat the first with length zero.
 struct EdgesX8 {
     from: VectorX8<f64>,
     offset: VectorX8<f64>,
     inv_length_sq: Lanes<f64>,
     length: Lanes<f64>,
-    /// |m|.
-    multiplicity: Lanes<f64>,
+}
+
+/// Items of edges near each other.
+struct Group {
+    parts: PartsX8,
+    edges: Range<usize>,
 }
 
 /// Edges in a ball.
-struct EdgeGroup {
+#[derive(Clone, Copy)]
+struct Part {
     center: Vector3<f64>,
     radius: f64,
-    /// Σ |m| · length.
+    /// Sum of the lengths.
     weight: f64,
+    /// Area of a surface in the ball whose boundary the edges are. Infinite if they are not closed.
+    area: f64,
+}
+
+/// Parts side by side. Lanes after the last repeat the first.
+struct PartsX8 {
+    center: VectorX8<f64>,
+    radius: Lanes<f64>,
+    weight: Lanes<f64>,
+    area: Lanes<f64>,
 }
 
 /// Most edges with a slope bound. With more, the bound costs more than the winding numbers that it saves.
 const MAX_SLOPE_EDGES: usize = 20_000;
 
 /// Most edges, by multiplicity, of a boundary cone. With more, it costs about as much as the mesh itself.
-const MAX_CONE_EDGES: f64 = 2000.0;
+const MAX_CONE_EDGES: usize = 2000;
 
-/// A group farther than this many of its radii counts as one edge.
-const BETA: f64 = 2.0;
+/// A part farther than this many of its radii counts as one.
+const BETA: f64 = 1.0;
 
 impl MeshBoundary {
-    /// Takes each edge by its two ends and its multiplicity.
-    pub fn new(edges: impl Iterator<Item = ([Vector3<f64>; 2], f64)>) -> Self {
-        let mut edges: Vec<_> = edges.collect();
-        let ends = || edges.iter().flat_map(|(ends, _)| ends);
+    /// Takes each edge by its two points and its multiplicity.
+    pub fn new(points: &[Vector3<f64>], edges: impl Iterator<Item = ([u32; 2], f64)>) -> Self {
+        let at = |edge: &[u32; 2]| edge.map(|point| points[point as usize]);
+        let mut loops: Vec<(Vec<[Vector3<f64>; 2]>, bool)> =
+            loops(edges).iter().map(|edges| (edges.iter().map(at).collect(), is_closed(edges))).collect();
+        let edge_count = loops.iter().map(|(edges, _)| edges.len()).sum();
+        let ends = || loops.iter().flat_map(|(edges, _)| edges.iter().flatten());
         let Some(low) = ends().copied().reduce(|a, b| a.inf(&b)) else {
-            return Self { edges: vec![], groups: vec![], cone: BoundaryCone::new(Vector3::zeros(), &[]) };
+            let cone = BoundaryCone::new(Vector3::zeros(), &[]);
+            return Self { edges: vec![], groups: vec![], clusters: vec![], edge_count, cone };
         };
-        let apex = ends().sum::<Vector3<f64>>() / (2.0 * edges.len() as f64);
+        let apex = ends().sum::<Vector3<f64>>() / (2.0 * edge_count as f64);
         let side = ends().map(|end| (end - low).max()).fold(0.0, f64::max);
-        let curve_index = |[from, to]: [Vector3<f64>; 2]| {
-            let cells = ((from + to) * 0.5 - low) * (f64::from((1_u32 << BITS) - 1) / side);
+        loops.sort_by_cached_key(|(edges, _)| {
+            let cells = (middle(edges) - low) * (f64::from((1_u32 << BITS) - 1) / side);
             hilbert_index(std::array::from_fn(|axis| cells[axis] as u32))
-        };
-        edges.sort_by_cached_key(|(ends, _)| curve_index(*ends));
-        let singles: Vec<EdgeGroup> = edges.iter().map(EdgeGroup::single).collect();
-        let groups: Vec<EdgeGroup> = singles.chunks(LANES).map(EdgeGroup::merged).collect();
-        let cone_edge_count: f64 = edges.iter().map(|(_, multiplicity)| multiplicity.abs()).sum();
-        let cone_edges = &edges[..if cone_edge_count > MAX_CONE_EDGES { 0 } else { edges.len() }];
-        Self {
-            edges: edges.chunks(LANES).map(EdgesX8::new).collect(),
-            groups: groups.chunks(LANES).map(GroupsX8::new).collect(),
-            cone: BoundaryCone::new(apex, cone_edges),
+        });
+        let (items_of_groups, parts_of_groups): (Vec<_>, Vec<_>) = groups(&loops).into_iter().unzip();
+        let (mut edges, mut groups) = (vec![], vec![]);
+        for items in &items_of_groups {
+            let first = edges.len();
+            edges.extend(items.iter().map(|item| EdgesX8::new(&item.edges)));
+            let parts: Vec<Part> = items.iter().map(|item| item.part).collect();
+            groups.push(Group { parts: PartsX8::new(&parts), edges: first..edges.len() });
         }
+        let cone_edges: Vec<_> = loops.into_iter().flat_map(|(edges, _)| edges).collect();
+        let cone_edges = if edge_count > MAX_CONE_EDGES { &[] } else { cone_edges.as_slice() };
+        let clusters = parts_of_groups.chunks(LANES).map(PartsX8::new).collect();
+        Self { edges, groups, clusters, edge_count, cone: BoundaryCone::new(apex, cone_edges) }
     }
 
     /// Winding number modulo 1; 0 for a closed mesh. `None` without a cone, or near one of its edges.
@@ -121,15 +145,16 @@ impl MeshBoundary {
 
     /// Whether [`Self::slope_bound`] is finite away from the edges.
     pub fn has_slope_bound(&self) -> bool {
-        self.edges.len() * LANES <= MAX_SLOPE_EDGES
+        self.edge_count <= MAX_SLOPE_EDGES
     }
 
-    /// Upper bound of |∇w| in a ball, other than across triangles. Infinite if an edge meets the ball.
-    pub fn slope_bound(&self, center: Vector3<f64>, radius: f64) -> f64 {
-        if !self.has_slope_bound() {
+    /// Upper bound of |∇w| in a ball, other than across triangles. Infinite if an edge meets the ball, and if the bound is more than
+    /// `max_slope`: that takes a few edges to tell where there are many, while the bound takes all.
+    pub fn slope_bound(&self, center: Vector3<f64>, radius: f64, max_slope: f64) -> f64 {
+        if !self.has_slope_bound() || max_slope <= 0.0 {
             return f64::INFINITY;
         }
-        pulp::Arch::new().dispatch(SlopeSum { boundary: self, center, radius })
+        pulp::Arch::new().dispatch(SlopeSum { boundary: self, center, radius, max_slope })
     }
 }
 
@@ -137,58 +162,102 @@ struct SlopeSum<'a> {
     boundary: &'a MeshBoundary,
     center: Vector3<f64>,
     radius: f64,
+    max_slope: f64,
 }
 
 impl pulp::WithSimd for SlopeSum<'_> {
     type Output = f64;
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) -> f64 {
-        let Self { boundary, center, radius } = self;
+        let Self { boundary, center, radius, max_slope } = self;
+        let max_sum = 4.0 * PI * max_slope;
         let mut sums = [0.0; LANES];
-        for (groups, edges) in boundary.groups.iter().zip(boundary.edges.chunks(LANES)) {
-            let distances = groups.distances(center, radius);
-            let mut far = groups.slopes(distances);
-            for (group, edges) in edges.iter().enumerate() {
-                if distances[group] <= BETA * groups.radius[group] {
-                    far[group] = 0.0;
+        for (cluster, groups) in boundary.clusters.iter().zip(boundary.groups.chunks(LANES)) {
+            let near = cluster.add_far_slopes(center, radius, groups.len(), &mut sums);
+            for group in groups.iter().zip(near).filter(|(_, is_near)| *is_near).map(|(group, _)| group) {
+                let edges = &boundary.edges[group.edges.clone()];
+                let near = group.parts.add_far_slopes(center, radius, edges.len(), &mut sums);
+                for edges in edges.iter().zip(near).filter(|(_, is_near)| *is_near).map(|(edges, _)| edges) {
                     let slopes = edges.slopes(center, radius);
                     (0..LANES).for_each(|lane| sums[lane] += slopes[lane]);
                 }
             }
-            (0..edges.len()).for_each(|lane| sums[lane] += far[lane]);
+            if sums.iter().sum::<f64>() > max_sum {
+                return f64::INFINITY;
+            }
         }
         sums.iter().sum::<f64>() / (4.0 * PI)
     }
 }
 
-impl EdgeGroup {
-    fn single(([from, to], multiplicity): &([Vector3<f64>; 2], f64)) -> Self {
-        let length = (to - from).norm();
-        Self { center: (from + to) * 0.5, radius: 0.5 * length, weight: length * multiplicity.abs() }
+fn middle(edges: &[[Vector3<f64>; 2]]) -> Vector3<f64> {
+    edges.iter().flatten().sum::<Vector3<f64>>() / (2.0 * edges.len() as f64)
+}
+
+/// A loop of up to eight edges, or eight edges of a longer one.
+struct Item {
+    edges: Vec<[Vector3<f64>; 2]>,
+    part: Part,
+}
+
+/// Groups of up to eight items, and each as one part. Small loops share groups with those beside them, a longer one has groups of its own.
+/// Of each loop it is said whether it is closed.
+fn groups(loops: &[(Vec<[Vector3<f64>; 2]>, bool)]) -> Vec<(Vec<Item>, Part)> {
+    let mut groups = vec![];
+    let mut add = |mut items: Vec<Item>, area: Option<f64>| {
+        while !items.is_empty() {
+            let rest = items.split_off(items.len().min(LANES));
+            let merged = Part::merged(&items);
+            groups.push((items, Part { area: area.unwrap_or(merged.area), ..merged }));
+            items = rest;
+        }
+    };
+    let item =
+        |edges: &[[Vector3<f64>; 2]], is_closed| Item { edges: edges.to_vec(), part: Part::new(edges, is_closed) };
+    let (small, large): (Vec<_>, Vec<_>) = loops.iter().partition(|(edges, _)| edges.len() <= LANES);
+    add(small.into_iter().map(|(edges, is_closed)| item(edges, *is_closed)).collect(), None);
+    for (edges, is_closed) in large {
+        let items: Vec<Item> = edges.chunks(LANES).map(|edges| item(edges, false)).collect();
+        let area = (items.len() <= LANES).then(|| Part::new(edges, *is_closed).area);
+        add(items, area);
+    }
+    groups
+}
+
+impl Part {
+    /// Edges in their order. `is_closed`: do they form a loop? Then their surface is the fan around the mean of their ends.
+    fn new(edges: &[[Vector3<f64>; 2]], is_closed: bool) -> Self {
+        let center = middle(edges);
+        let radius = edges.iter().flatten().map(|end| (end - center).norm()).fold(0.0, f64::max);
+        let weight = edges.iter().map(|[from, to]| (to - from).norm()).sum();
+        let area: f64 = edges.iter().map(|[from, to]| 0.5 * (from - center).cross(&(to - center)).norm()).sum();
+        let area = if is_closed { area * (1.0 + SUM_SLACK) } else { f64::INFINITY };
+        Self { center, radius: radius * (1.0 + SUM_SLACK), weight, area }
     }
 
-    fn merged(parts: &[Self]) -> Self {
-        let center = parts.iter().map(|part| part.center).sum::<Vector3<f64>>() / parts.len() as f64;
+    fn merged(items: &[Item]) -> Self {
+        let parts = || items.iter().map(|item| &item.part);
+        let center = parts().map(|part| part.center).sum::<Vector3<f64>>() / items.len() as f64;
         let farthest = |part: &Self| (part.center - center).norm() + part.radius;
-        let radius = parts.iter().map(farthest).fold(0.0, f64::max) * (1.0 + SUM_SLACK);
-        Self { center, radius, weight: parts.iter().map(|part| part.weight).sum() }
+        let radius = parts().map(farthest).fold(0.0, f64::max) * (1.0 + SUM_SLACK);
+        let sum = |value: fn(&Self) -> f64| parts().map(value).sum();
+        Self { center, radius, weight: sum(|part| part.weight), area: sum(|part| part.area) }
     }
 }
 
 impl EdgesX8 {
-    fn new(edges: &[([Vector3<f64>; 2], f64)]) -> Self {
-        let edge = |lane: usize| edges.get(lane).unwrap_or(&edges[0]);
-        let offset = |lane: usize| edge(lane).0[1] - edge(lane).0[0];
+    fn new(edges: &[[Vector3<f64>; 2]]) -> Self {
+        let [from, to] = [0, 1].map(|end| move |lane: usize| edges.get(lane).unwrap_or(&edges[0])[end]);
+        let offset = |lane: usize| to(lane) - from(lane);
         Self {
-            from: std::array::from_fn(|axis| std::array::from_fn(|lane| edge(lane).0[0][axis])),
+            from: std::array::from_fn(|axis| std::array::from_fn(|lane| from(lane)[axis])),
             offset: std::array::from_fn(|axis| std::array::from_fn(|lane| offset(lane)[axis])),
             inv_length_sq: std::array::from_fn(|lane| 1.0 / offset(lane).norm_squared()),
-            length: std::array::from_fn(|lane| offset(lane).norm()),
-            multiplicity: std::array::from_fn(|lane| edges.get(lane).map_or(0.0, |(_, times)| times.abs())),
+            length: std::array::from_fn(|lane| if lane < edges.len() { offset(lane).norm() } else { 0.0 }),
         }
     }
 
-    /// |m| min(ℓ/(d − r)², 2/(d − r)) of each edge; infinite for d ≤ r.
+    /// min(ℓ/(d − r)², 2/(d − r)) of each edge; infinite for d ≤ r.
     #[inline(always)]
     fn slopes(&self, center: Vector3<f64>, radius: f64) -> Lanes<f64> {
         let mut slopes = [0.0; LANES];
@@ -201,43 +270,39 @@ impl EdgesX8 {
             let [x, y, z] = [x - t * along_x, y - t * along_y, z - t * along_z];
             let distance = (x * x + y * y + z * z).sqrt();
             let gap = distance * (1.0 - SUM_SLACK) - radius;
-            let slope = self.multiplicity[lane] * min(self.length[lane], 2.0 * gap) / (gap * gap);
+            let slope = min(self.length[lane], 2.0 * gap) / (gap * gap);
             slopes[lane] = if gap > 0.0 { slope } else { f64::INFINITY };
         }
         slopes
     }
 }
 
-impl GroupsX8 {
-    fn new(groups: &[EdgeGroup]) -> Self {
-        let group = |lane: usize| groups.get(lane).unwrap_or(&groups[0]);
+impl PartsX8 {
+    fn new(parts: &[Part]) -> Self {
+        let part = |lane: usize| parts.get(lane).unwrap_or(&parts[0]);
         Self {
-            center: std::array::from_fn(|axis| std::array::from_fn(|lane| group(lane).center[axis])),
-            radius: std::array::from_fn(|lane| group(lane).radius),
-            weight: std::array::from_fn(|lane| groups.get(lane).map_or(0.0, |group| group.weight)),
+            center: std::array::from_fn(|axis| std::array::from_fn(|lane| part(lane).center[axis])),
+            radius: std::array::from_fn(|lane| part(lane).radius),
+            weight: std::array::from_fn(|lane| part(lane).weight),
+            area: std::array::from_fn(|lane| part(lane).area),
         }
     }
 
-    /// Lower bounds of the distances between a ball and the groups.
+    /// Adds the slopes in a ball from those of the first `count` parts that are far from it: min(weight/d², 2 area/d³) with the distance d.
+    /// Which are near?
     #[inline(always)]
-    fn distances(&self, center: Vector3<f64>, radius: f64) -> Lanes<f64> {
-        let mut distances = [0.0; LANES];
+    fn add_far_slopes(&self, center: Vector3<f64>, radius: f64, count: usize, sums: &mut Lanes<f64>) -> [bool; LANES] {
+        let (mut is_near, mut slopes) = ([false; LANES], [0.0; LANES]);
         for lane in 0..LANES {
-            let [x, y, z] = [0, 1, 2].map(|axis| self.center[axis][lane] - center[axis]);
-            distances[lane] = (x * x + y * y + z * z).sqrt() - self.radius[lane] - radius;
+            let [x, y, z] = [0, 1, 2].map(|axis: usize| self.center[axis][lane] - center[axis]);
+            let distance = (x * x + y * y + z * z).sqrt() * (1.0 - SUM_SLACK) - self.radius[lane] - radius;
+            is_near[lane] = distance <= BETA * self.radius[lane];
+            let inv_sq = 1.0 / (distance * distance);
+            let slope = min(self.weight[lane], 2.0 * self.area[lane] / distance) * inv_sq;
+            slopes[lane] = if is_near[lane] { 0.0 } else { slope };
         }
-        distances
-    }
-
-    /// weight/distance² of each group; infinite for distances that are not positive.
-    #[inline(always)]
-    fn slopes(&self, distances: Lanes<f64>) -> Lanes<f64> {
-        let mut slopes = [0.0; LANES];
-        for lane in 0..LANES {
-            let slope = self.weight[lane] / (distances[lane] * distances[lane]);
-            slopes[lane] = if distances[lane] > 0.0 { slope } else { f64::INFINITY };
-        }
-        slopes
+        (0..count).for_each(|lane| sums[lane] += slopes[lane]);
+        is_near
     }
 }
 

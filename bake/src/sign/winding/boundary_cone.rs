@@ -28,24 +28,19 @@ pub(super) struct BoundaryCone {
     edges: Vec<EdgesX8>,
 }
 
-/// Edges side by side. Lanes after the last repeat the first with orientation zero.
+/// Edges side by side. Lanes after the last repeat the first.
 struct EdgesX8 {
     from: VectorX8<f64>,
     to: VectorX8<f64>,
-    /// ±1, or 0 for an unused lane.
-    orientations: Lanes<f64>,
+    is_used: [bool; LANES],
 }
 
 /// Products between two normalizations. Squared lengths from [`MIN_CONE_FACTOR_SQ`] to 16 stay in range.
 const PRODUCTS: usize = 8;
 
 impl BoundaryCone {
-    /// Builds the fan. An edge with multiplicity m, a whole number, counts |m| times.
-    pub fn new(apex: Vector3<f64>, edges: &[([Vector3<f64>; 2], f64)]) -> Self {
-        let repeated = |(ends, multiplicity): &([Vector3<f64>; 2], f64)| {
-            std::iter::repeat_n((*ends, multiplicity.signum()), multiplicity.abs() as usize)
-        };
-        let edges: Vec<([Vector3<f64>; 2], f64)> = edges.iter().flat_map(repeated).collect();
+    /// Builds the fan. Edges run as the mesh's triangles have them.
+    pub fn new(apex: Vector3<f64>, edges: &[[Vector3<f64>; 2]]) -> Self {
         Self { apex, edges: edges.chunks(LANES).map(EdgesX8::new).collect() }
     }
 
@@ -60,13 +55,13 @@ impl BoundaryCone {
 }
 
 impl EdgesX8 {
-    fn new(edges: &[([Vector3<f64>; 2], f64)]) -> Self {
+    fn new(edges: &[[Vector3<f64>; 2]]) -> Self {
         let end =
-            |which: usize, axis: usize| std::array::from_fn(|lane| edges.get(lane).unwrap_or(&edges[0]).0[which][axis]);
+            |which: usize, axis: usize| std::array::from_fn(|lane| edges.get(lane).unwrap_or(&edges[0])[which][axis]);
         Self {
             from: std::array::from_fn(|axis| end(0, axis)),
             to: std::array::from_fn(|axis| end(1, axis)),
-            orientations: std::array::from_fn(|lane| edges.get(lane).map_or(0.0, |(_, orientation)| *orientation)),
+            is_used: std::array::from_fn(|lane| lane < edges.len()),
         }
     }
 }
@@ -124,7 +119,7 @@ impl pulp::WithSimd for Fraction<'_> {
 }
 
 impl EdgesX8 {
-    /// Multiplies by z/(|a||b||c|) of each triangle: conjugated for orientation −1, and 1 for an unused lane.
+    /// Multiplies by z/(|a||b||c|) of each triangle, and by 1 for an unused lane.
     #[inline(always)]
     fn multiply(&self, apex: [f64; 3], point: [f64; 3], product: &mut Product) {
         let to_apex = dot(apex, apex).sqrt();
@@ -135,10 +130,10 @@ impl EdgesX8 {
             let lengths = to_apex * to_b * to_c;
             let denominator = lengths + dot(apex, b) * to_c + dot(b, c) * to_apex + dot(c, apex) * to_b;
             let inv_lengths = 1.0 / lengths;
-            let (x, y) = (denominator * inv_lengths, self.orientations[lane] * dot(apex, cross(b, c)) * inv_lengths);
+            let (x, y) = (denominator * inv_lengths, dot(apex, cross(b, c)) * inv_lengths);
             // At a corner x and y are NaN.
             let length_sq = if lengths > 0.0 { x * x + y * y } else { 0.0 };
-            let is_edge = self.orientations[lane] != 0.0;
+            let is_edge = self.is_used[lane];
             let length_sq = if is_edge { length_sq } else { 1.0 };
             let (x, y) = (if is_edge { x } else { 1.0 }, if is_edge { y } else { 0.0 });
             let (real, imaginary) = (product.real[lane], product.imaginary[lane]);

@@ -27,8 +27,8 @@ fn sheet(cells: usize, state: &mut u64) -> (Vec<[Vector3<f64>; 3]>, MeshBoundary
         }
     }
     let boundary = multiplicities.into_iter().filter(|(_, multiplicity)| *multiplicity != 0.0);
-    let boundary = boundary.map(|(ends, multiplicity)| (ends.map(|end| points[end]), multiplicity));
-    (triangles, MeshBoundary::new(boundary))
+    let boundary = boundary.map(|(ends, multiplicity)| (ends.map(|end| end as u32), multiplicity));
+    (triangles, MeshBoundary::new(&points, boundary))
 }
 
 fn winding(triangles: &[[Vector3<f64>; 3]], point: Vector3<f64>) -> f64 {
@@ -61,7 +61,14 @@ fn the_winding_number_changes_no_faster_than_the_slope_bound() {
         for _ in 0..1000 {
             let center = random_vector(&mut state) * 1.5;
             let radius = 0.1 * random(&mut state).abs();
-            let slope = boundary.slope_bound(center, radius);
+            let slope = boundary.slope_bound(center, radius, f64::INFINITY);
+            // Up to a limit it is the same, or infinite.
+            let limit = slope * (1.0 + random(&mut state));
+            let limited = boundary.slope_bound(center, radius, limit);
+            assert!(
+                limited == slope || limited == f64::INFINITY && slope > limit * (1.0 - SUM_SLACK),
+                "{limited} for {slope}, {limit}"
+            );
             let [a, b] = [0, 1].map(|_| center + random_vector(&mut state).normalize() * radius);
             let change = winding(&triangles, b) - winding(&triangles, a);
             let smooth = (change - change.round()).abs();
@@ -88,7 +95,49 @@ fn near_the_middle_of_a_long_edge_the_slope_bound_is_hardly_more_than_the_change
         let step = along.cross(&across).normalize() * (0.01 * distance);
         let change = winding(&triangles, center + step) - winding(&triangles, center - step);
         let slope = (change - change.round()).abs() / (2.0 * step.norm());
-        let bound = boundary.slope_bound(center, step.norm());
+        let bound = boundary.slope_bound(center, step.norm(), f64::INFINITY);
         assert!(slope <= bound && slope > 0.9 * bound, "{slope} {bound} at {distance}");
     }
+}
+
+/// Sheets with holes, some of which share a point; an edge with three triangles on one side; and edges that are no cycle.
+#[test]
+fn loops_are_closed_and_have_each_edge_as_often_as_its_multiplicity_says() {
+    let triangles = |corners: &[[u32; 3]]| {
+        let mut multiplicities = std::collections::BTreeMap::new();
+        for corner in corners.iter().flat_map(|[a, b, c]| [[*a, *b], [*b, *c], [*c, *a]]) {
+            let [from, to] = corner;
+            *multiplicities.entry([from.min(to), from.max(to)]).or_insert(0.0) += if from < to { 1.0 } else { -1.0 };
+        }
+        multiplicities.into_iter().filter(|(_, times)| *times != 0.0).collect::<Vec<([u32; 2], f64)>>()
+    };
+    let mut state = 53;
+    println!("seed {state}");
+    let mut grid = vec![];
+    for index in (0..900_u32).filter(|index| index % 30 < 29 && *index < 870) {
+        let halves = [[index, index + 1, index + 31], [index, index + 31, index + 30]];
+        grid.extend(halves.into_iter().filter(|_| random(&mut state) > -0.4));
+    }
+    let pinwheel = [[0, 1, 2], [0, 3, 4], [0, 5, 6]];
+    let book = [[0, 1, 2], [0, 1, 3], [0, 1, 4]];
+    for (name, corners) in [("grid", grid.as_slice()), ("pinwheel", &pinwheel), ("book", &book)] {
+        let edges = triangles(corners);
+        let found = loops(edges.iter().copied());
+        assert!(found.iter().all(|edges| is_closed(edges)), "{name}");
+        let mut points: Vec<Vec<u32>> =
+            found.iter().map(|edges| edges.iter().map(|[from, _]| *from).collect()).collect();
+        points.iter_mut().for_each(|points| points.sort_unstable());
+        assert!(
+            points.iter().all(|points| points.windows(2).all(|pair| pair[0] < pair[1])),
+            "{name}: a point met twice"
+        );
+        let mut counts = std::collections::BTreeMap::new();
+        for [from, to] in found.into_iter().flatten() {
+            *counts.entry([from.min(to), from.max(to)]).or_insert(0.0) += if from < to { 1.0 } else { -1.0 };
+        }
+        assert_eq!(counts.into_iter().collect::<Vec<_>>(), edges, "{name}");
+    }
+    let open = loops([([0, 1], 1.0), ([1, 2], 1.0), ([3, 4], -1.0)].into_iter());
+    assert_eq!(open.iter().map(Vec::len).collect::<Vec<_>>(), [3]);
+    assert!(!is_closed(&open[0]));
 }
