@@ -16,7 +16,8 @@
 //! | Where does an element touch, exactly, piece by piece? | `touch` |
 //!
 //! Distances are those of material space: a point at the distance d from the surface in the world has φ_d ≤ slope bound · d, with
-//! [`Cage::slope_factor`] in the slope bound. Outside of the cage the field is not defined: answers say if an element reaches there.
+//! [`Cage::slope_factor`] in the slope bound, if the straight way between is inside of the cage. Across a gap, as between the arms of a U,
+//! φ_d can be more. Outside of the cage the field is not defined: answers say if an element reaches there.
 
 mod clip;
 mod frozen;

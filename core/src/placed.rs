@@ -62,6 +62,14 @@ pub trait Placement {
     /// distance to the placed shape.
     fn largest_scale(&self) -> f64;
 
+    /// The [extent](Sdf::extent) of a placed surface, from that of the surface, or where lengths along some axes grow less than along others
+    /// from the box around it, if that is shorter.
+    #[inline(always)]
+    fn extent<R: Real>(&self, local: R, bounds: impl FnOnce() -> Aabb) -> R {
+        _ = bounds;
+        local * R::from_f64(self.largest_scale())
+    }
+
     /// Largest length that `pull` adds or subtracts, in the world: the largest component of the translation t.
     fn magnitude<R: Real>(&self) -> R;
 }
@@ -123,7 +131,7 @@ impl<F: Sdf, P: Placement> Sdf for Placed<F, P> {
 
     #[inline(always)]
     fn extent<R: Real>(&self) -> R {
-        self.field.extent::<R>() * R::from_f64(self.placement.largest_scale())
+        self.placement.extent(self.field.extent(), || self.field.bounds(0.0))
     }
 }
 

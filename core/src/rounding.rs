@@ -50,8 +50,11 @@ pub(crate) const SAME_WEIGHT: f64 = 16.0;
 /// Largest singular value of a 3 × 3 matrix by six sweeps of Jacobi's rotations. L: that value.
 pub(crate) const SPECTRAL_NORM: f64 = 64.0;
 
-/// Largest ‖A J − 1‖ of a matrix A and its computed inverse J: A is then invertible, its condition below about 1e9.
+/// Largest ‖J A − 1‖ of a matrix A and its computed inverse J: A is then invertible, its condition below about 1e9.
 pub(crate) const INVERSE_RESIDUAL: f64 = 1e-6;
+
+/// Largest entry of D⁻¹ D − 1, with D the edges of a tetrahedron: weights are off by three times that, a quarter of [`BARYCENTRIC`].
+pub(crate) const TET_RESIDUAL: f64 = 0.25 / 3.0 * BARYCENTRIC;
 
 /// Barycentric weight by which a point or a part of an element may be outside of a tetrahedron and still counts as inside: so that
 /// none falls between two. It exceeds the error of weights in every tetrahedron whose inverse is accepted.

@@ -242,14 +242,15 @@ impl Caged<'_> {
                 continue;
             }
             let field = self.body.field.as_any();
-            let search = self.cage.contact(field, minimizer, margin, &element, self.lower_bounds, self.body.map);
+            let (margins, map) = ([margin, options.margin], self.body.map);
+            let search = self.cage.contact_within(field, minimizer, margins, &element, self.lower_bounds, map);
             match search.outcome {
                 CageOutcome::NotFinite => found.not_finite_count += 1,
                 CageOutcome::Separated => found.searched_count += 1,
                 CageOutcome::Contact(found_at) => {
                     found.searched_count += 1;
-                    let contact = in_world(found_at.contact);
-                    found.contacts.extend((contact.distance <= options.margin).then_some(contact));
+                    let distance = found_at.world_distance();
+                    found.contacts.push(Contact { distance, ..found_at.contact });
                 }
             }
         }
@@ -267,13 +268,4 @@ fn slope_factor_bound(cage: &Cage) -> f64 {
     });
     // Rounding of a sum of nine products is far below this.
     squares.fold(0.0, f64::max).sqrt() * (1.0 + 1e-12)
-}
-
-/// The contact with its distance in the world: along the normal to the surface point, or to first order where it has no normal.
-fn in_world(contact: Contact<f64>) -> Contact<f64> {
-    let distance = match contact.normal == V3::zeros() {
-        true => contact.distance,
-        false => contact.normal.dot(&(contact.point - contact.surface_point)),
-    };
-    Contact { distance, ..contact }
 }

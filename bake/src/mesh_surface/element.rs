@@ -213,7 +213,9 @@ fn face_weights(nearest: &NearestOnTriangle, corners: [Vector3<f64>; 3]) -> [f64
 fn crossing(from: Vector3<f64>, along: Vector3<f64>, [a, b, c]: [Vector3<f64>; 3]) -> Option<(f64, Vector3<f64>)> {
     let normal = (b - a).cross(&(c - a));
     let (start, end) = (normal.dot(&(from - a)), normal.dot(&(from + along - a)));
-    if start * end > 0.0 || start == end {
+    // Not their product, which may underflow.
+    let are_on_one_side = start > 0.0 && end > 0.0 || start < 0.0 && end < 0.0;
+    if are_on_one_side || start == end {
         return None;
     }
     let s = start / (start - end);

@@ -107,3 +107,16 @@ fn an_element_without_corners_has_no_closest_points() {
     assert!(surface.closest(&[], None, f64::INFINITY).is_none());
     assert!(surface.closest(&[Vector3::zeros(); 4], None, f64::INFINITY).is_none());
 }
+
+/// Heights over the plane of a face whose product is below all numbers: the line through both meets the face beside the element.
+#[test]
+fn an_element_beside_a_face_does_not_cross_it_however_little_it_is_above_its_plane() {
+    let surface = MeshSurface::new(cube().moved(0.0, 0.0, -1.0).baked(), SignMethod::PseudoNormal, true);
+    for height in [1e-3, 1e-160, 1e-170, 1e-300] {
+        let corners = [[1.05, 0.3, height], [1.15, 0.3, 2.0 * height], [1.1, 0.35, -1e-3]].map(Vector3::from);
+        for corners in [&corners[..], &corners[..2]] {
+            let found = surface.closest(corners, None, f64::INFINITY).unwrap();
+            assert!((found.distance - 0.05).abs() < 1e-4, "{height:e}: {found:?}");
+        }
+    }
+}

@@ -9,7 +9,7 @@ use crate::Aabb;
 use crate::contact::TetPoint;
 use crate::number::Real;
 use crate::placed::affine::inverse;
-use crate::rounding::{BARYCENTRIC, INVERSE_RESIDUAL};
+use crate::rounding::{BARYCENTRIC, TET_RESIDUAL};
 
 /// Says if a tetrahedron has a map to material space that can be used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -42,10 +42,11 @@ impl TetFrame {
             return frame;
         }
         let Some(found) = inverse(&edges) else { return Self::ILL_CONDITIONED };
-        let residual = (edges * found - Matrix3::identity()).amax();
+        // Weights are off by D⁻¹ D − 1 times themselves.
+        let residual = (found * edges - Matrix3::identity()).amax();
         // Of the inverse, whose entries are not smaller than their reciprocal lengths.
         let determinant = found.determinant();
-        let is_good = residual <= INVERSE_RESIDUAL && determinant.is_finite();
+        let is_good = residual <= TET_RESIDUAL && determinant.is_finite();
         if is_good { Self { inverse: found, determinant } } else { Self::ILL_CONDITIONED }
     }
 

@@ -9,13 +9,13 @@ use nalgebra::Vector3;
 
 use super::clip::{Part, share};
 use super::{Cage, TetStatus};
-use crate::contact::{Contact, Element, Row, RowSide, TetPoint, contact_at};
+use crate::contact::{Contact, ContactStatus, Element, Row, RowSide, TetPoint, contact_at};
 use crate::minimize::{Minimizer, Minimum};
 use crate::number::Real;
 use crate::rounding::{BARYCENTRIC, FieldScale, NESTED_FIELDS, rounding};
 use crate::simplex::{max_distance, mean};
 use crate::vector::norm;
-use crate::{Aabb, EnclosedSdf, Simplex};
+use crate::{Aabb, EnclosedSdf, ErrorBound, Simplex};
 
 /// The map that an element is searched with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -39,6 +39,12 @@ pub struct CageContact {
 }
 
 impl CageContact {
+    /// Distance in the world: along the normal to the surface point, or that of material space where there is no normal.
+    pub fn world_distance(&self) -> f64 {
+        let Contact { normal, point, surface_point, distance, .. } = self.contact;
+        if normal == Vector3::zeros() { distance } else { normal.dot(&(point - surface_point)) }
+    }
+
     /// The row of the contact, its surface carried by the cage. `None` where the contact has no normal.
     pub fn row(&self, thickness: f64) -> Option<Row<f64>> {
         Row::from_contact(&self.contact, thickness).map(|row| row.with_field(RowSide::Tet(self.surface)))
@@ -63,7 +69,8 @@ pub struct CageSearch {
     /// The result in good tetrahedra.
     pub outcome: CageOutcome,
     /// Part of the element lies in no good tetrahedron: outside of the cage, where the field is not defined, or in one of
-    /// `bad_tets`. Where the cage overlaps itself this may be true of an element that is covered, never false of one that is not.
+    /// `bad_tets`. A guess where the cage overlaps itself, for parts count where their middles are found. With [`CageMap::Frozen`] of the
+    /// centroid alone.
     pub is_uncovered: bool,
     /// Inverted or ill-conditioned tetrahedra near the element, which were passed over.
     pub bad_tets: u32,
@@ -72,13 +79,40 @@ pub struct CageSearch {
 /// Share of an element that counts as all of it.
 const COVERED: f64 = 1.0 - 1e-6;
 
-/// The lowest minimum so far.
-struct Best<const N: usize> {
+/// The minimum in one tetrahedron.
+struct Found<const N: usize> {
     tet: u32,
     /// Weights of the element at the corners of the part.
     part: [[f64; N]; N],
     material: Element<f64, N>,
     minimum: Minimum<f64, N>,
+}
+
+/// Facts of all parts of an element, in material space.
+struct AllParts {
+    /// Lower bound of φ.
+    lower_bound: f64,
+    /// The least lower bound of a search that did not converge.
+    lowest_spent: f64,
+    /// Box around them.
+    region: Option<Aabb>,
+}
+
+impl AllParts {
+    fn add(&mut self, lower_bound: f64, converged: bool, region: &Aabb) {
+        self.lower_bound = self.lower_bound.min(lower_bound);
+        self.lowest_spent = if converged { self.lowest_spent } else { self.lowest_spent.min(lower_bound) };
+        self.region = Some(self.region.map_or(*region, |all| all.union(region)));
+    }
+
+    /// A contact of one of the parts, with bounds and status of all.
+    fn bound<F: EnclosedSdf>(&self, field: &F, contact: Contact<f64>) -> Contact<f64> {
+        let lower_bound = self.lower_bound.min(contact.lower_bound);
+        let error = self.region.map_or(ErrorBound::UNKNOWN, |region| field.error_bound(&region));
+        let is_spent = contact.status == ContactStatus::Converged && self.lowest_spent < contact.distance;
+        let status = if is_spent { ContactStatus::BudgetSpent } else { contact.status };
+        Contact { lower_bound, shape_lower_bound: error.lowest_distance(lower_bound), status, ..contact }
+    }
 }
 
 /// Weights of the middle of a part.
@@ -112,18 +146,39 @@ impl Cage<'_> {
         lower_bounds: &[f64],
         map: CageMap,
     ) -> CageSearch {
+        self.contact_within(field, minimizer, [margin, f64::INFINITY], element, lower_bounds, map)
+    }
+
+    /// [`contact`](Self::contact) with a margin of material space and one of the world: where [`CageContact::world_distance`] is more than the
+    /// latter, the next lowest is taken, of another tetrahedron.
+    pub fn contact_within<F: EnclosedSdf, M: Minimizer<N>, const N: usize>(
+        &self,
+        field: &F,
+        minimizer: &M,
+        [margin, world_margin]: [f64; 2],
+        element: &Element<f64, N>,
+        lower_bounds: &[f64],
+        map: CageMap,
+    ) -> CageSearch {
         if !element.simplex.is_representable() || !margin.is_finite() || !(1..=3).contains(&N) {
             return CageSearch { outcome: CageOutcome::NotFinite, is_uncovered: true, bad_tets: 0 };
         }
-        let (mut best, mut is_finite) = (None, true);
+        let (mut best, mut is_finite) = (None::<CageContact>, true);
+        let mut all = AllParts { lower_bound: f64::INFINITY, lowest_spent: f64::INFINITY, region: None };
         let (mut covered, mut bad_tets) = (0.0, 0_u32);
-        let mut search = |tet: u32, part: [[f64; N]; N]| {
+        let mut search = |tet: u32, part: [[f64; N]; N], all: &mut AllParts| {
             let Some(material) = self.material_part(tet, element, &part) else { return };
             let minimum = minimizer.minimize_below(field, &material.simplex, margin);
-            is_finite &= minimum.sample.value.is_finite();
-            let lowest = best.as_ref().map_or(f64::INFINITY, |best: &Best<N>| best.minimum.sample.value);
-            if minimum.sample.value < lowest {
-                best = Some(Best { tet, part, material, minimum });
+            all.add(minimum.lower_bound, minimum.converged, &material.simplex.bounds());
+            let value = minimum.sample.value;
+            is_finite &= value.is_finite();
+            if value > margin || best.is_some_and(|best| best.contact.distance <= value) {
+                return;
+            }
+            match self.report(field, element, &Found { tet, part, material, minimum }) {
+                None => is_finite = false,
+                Some(found) if found.world_distance() <= world_margin => best = Some(found),
+                Some(_) => {}
             }
         };
         let frozen = match map {
@@ -132,7 +187,8 @@ impl Cage<'_> {
         };
         if let Some(frozen) = frozen {
             covered = 1.0;
-            search(frozen.tet(), core::array::from_fn(|k| core::array::from_fn(|i| if i == k { 1.0 } else { 0.0 })));
+            let whole = core::array::from_fn(|k| core::array::from_fn(|i| if i == k { 1.0 } else { 0.0 }));
+            search(frozen.tet(), whole, &mut all);
         } else {
             self.now().visit_near(&element.simplex.bounds(), |tet| {
                 if self.status(tet) != TetStatus::Good {
@@ -146,8 +202,11 @@ impl Cage<'_> {
                 }
                 // A point between tetrahedra lies in both by this much.
                 let part = Part::inside(&weights, -BARYCENTRIC);
-                let is_far = lower_bounds.get(tet as usize).is_some_and(|lower| margin < *lower);
+                let far = lower_bounds.get(tet as usize).copied().filter(|lower| margin < *lower);
                 let whole: f64 = part.simplices().map(|simplex| share(&simplex)).sum();
+                if let Some((lower, corners)) = far.zip(self.rest().corners(tet)).filter(|_| whole > 0.0) {
+                    all.add(lower, true, &Aabb::from_corners(&corners));
+                }
                 for simplex in part.simplices() {
                     // A part in a face is a part of the neighbour, too, and one where the cage overlaps itself of several: it counts
                     // where its middle is found.
@@ -155,18 +214,16 @@ impl Cage<'_> {
                     if whole >= COVERED || self.pull(middle()).is_some_and(|(_, at)| at.tet == tet) {
                         covered += share(&simplex);
                     }
-                    if !is_far {
-                        search(tet, simplex);
+                    if far.is_none() {
+                        search(tet, simplex, &mut all);
                     }
                 }
             });
         }
         let outcome = match best {
             _ if !is_finite => CageOutcome::NotFinite,
-            Some(best) if best.minimum.sample.value <= margin => {
-                self.report(field, element, &best).map_or(CageOutcome::NotFinite, CageOutcome::Contact)
-            }
-            _ => CageOutcome::Separated,
+            Some(best) => CageOutcome::Contact(CageContact { contact: all.bound(field, best.contact), ..best }),
+            None => CageOutcome::Separated,
         };
         CageSearch { outcome, is_uncovered: covered < COVERED, bad_tets }
     }
@@ -191,19 +248,19 @@ impl Cage<'_> {
         &self,
         field: &F,
         element: &Element<f64, N>,
-        best: &Best<N>,
+        found: &Found<N>,
     ) -> Option<CageContact> {
-        let material = contact_at(field, &best.material, &best.minimum, f64::NEG_INFINITY)?;
+        let material = contact_at(field, &found.material, &found.minimum, f64::NEG_INFINITY)?;
         let weights: [f64; N] = core::array::from_fn(|k| {
-            let shares = best.part.iter().zip(best.minimum.weights);
+            let shares = found.part.iter().zip(found.minimum.weights);
             // By rounding a little below zero.
             shares.map(|(corner, weight)| corner[k] * weight).sum::<f64>().max(0.0)
         });
         let mut all_weights = [0.0; 3];
         all_weights.iter_mut().zip(weights).for_each(|(kept, weight)| *kept = weight);
         let point = element.simplex.point(weights);
-        let (surface_point, surface) = self.surface(best.tet, material.surface_point)?;
-        let gradient = self.jacobian(best.tet)?.tr_mul(&(material.normal * material.slope));
+        let (surface_point, surface) = self.surface(found.tet, material.surface_point)?;
+        let gradient = self.jacobian(found.tet)?.tr_mul(&(material.normal * material.slope));
         let slope = norm(gradient);
         let normal = if slope.is_negligible() || !slope.is_finite() { Vector3::zeros() } else { gradient / slope };
         let contact = Contact {

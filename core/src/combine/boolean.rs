@@ -134,8 +134,11 @@ impl<A: Sdf, B: Sdf> Sdf for Intersection<A, B> {
         self.0.magnitude::<R>().max(self.1.magnitude())
     }
 
+    /// Of the part that both boxes have in common, unless there is none.
     fn extent<R: Real>(&self) -> R {
-        self.0.extent::<R>().min(self.1.extent())
+        let extent = self.0.extent::<R>().min(self.1.extent());
+        let both = self.0.bounds(0.0).intersection(&self.1.bounds(0.0)).map_or(0.0, |bounds| bounds.longest_side());
+        if both > 0.0 { extent.min(R::from_f64(both)) } else { extent }
     }
 }
 

@@ -45,7 +45,7 @@ use crate::{EnclosedSdf, Goal, Simplex};
 ///
 /// With a level ([`Minimizer::minimize_below`]), it stops once every value is proven above the level. Where the value found
 /// without it is at most the level, the answer is the same. Where that is above the level, but by less than the tolerance
-/// leaves open, a search in double precision goes on with what is left of the budget.
+/// leaves open, searches in double precision go on, each with half of the gap, until that is told or the budget is spent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Certified {
     /// Largest number of evaluations of an answer, local steps and all parts of a union included; 0 counts as 1. The
@@ -86,14 +86,16 @@ impl<const N: usize> Minimizer<N> for Certified {
         let mut minimum = Minimum::default();
         for lane in 0..R::LANES {
             let (simplex, level) = (simplex.lane(lane), level.lane(lane));
-            let (mut method, mut first) = (*self, None);
+            let (mut method, mut known) = (*self, None);
             loop {
                 // By reference, as a field visits itself as its only part: so both are of one type, compiled once.
                 let found = minimum_of_parts(&method, &field, &simplex, level);
-                match (first, method.finer(field, &simplex, level, &found)) {
-                    (None, Some(finer)) => (method, first) = (finer, Some(found)),
-                    (first, _) => {
-                        minimum.set_lane(lane, first.map_or(found, |first| join(&first, &found)));
+                let all = known.map_or(found, |known| join(&known, &found));
+                // A search that did not converge has nothing left, or cannot go further.
+                match self.finer(field, &simplex, level, &all).filter(|_| found.converged) {
+                    Some(finer) => (method, known) = (finer, Some(all)),
+                    None => {
+                        minimum.set_lane(lane, all);
                         break;
                     }
                 }

@@ -25,23 +25,23 @@ pub struct Affine {
     scale: f64,
     /// An upper bound of ‖J⁻¹‖: σ₁, off by rounding and by the residual.
     largest_scale: f64,
-    /// ‖A J − 1‖ in the maximum norm.
+    /// ‖J A − 1‖ in the maximum norm.
     residual: f64,
 }
 
 impl Affine {
     /// `linear` is A, by rows. `None` if anything is not finite, or A is so nearly singular that its computed inverse J has
-    /// ‖A J − 1‖ > 1e-6.
+    /// ‖J A − 1‖ > 1e-6.
     pub fn new(translation: [f64; 3], linear: [[f64; 3]; 3]) -> Option<Self> {
         let world_from_local = Matrix3::from_fn(|row, column| linear[row % 3][column % 3]);
         let local_from_world = inverse(&world_from_local)?;
-        let residual = max_row_sum(&(world_from_local * local_from_world - Matrix3::identity()));
+        let residual = max_row_sum(&(local_from_world * world_from_local - Matrix3::identity()));
         let scale = 1.0 / spectral_norm(&local_from_world);
         let is_valid = translation.iter().all(|x| x.is_finite())
             && residual <= INVERSE_RESIDUAL
             && scale.is_finite()
             && scale > 0.0;
-        // J⁻¹ = (A J)⁻¹ A, and the Euclidean norm of a 3 × 3 matrix is at most √3 times its maximum norm.
+        // J⁻¹ = A (J A)⁻¹, and the Euclidean norm of a 3 × 3 matrix is at most √3 times its maximum norm.
         let largest_scale = spectral_norm(&world_from_local) / (1.0 - 2.0 * residual);
         is_valid.then_some(Self { world_from_local, local_from_world, translation, scale, largest_scale, residual })
     }
@@ -71,11 +71,13 @@ impl Placement for Affine {
         LocalPoint { point, jacobian, scale: R::from_f64(self.scale) }
     }
 
-    /// The field is moved by J⁻¹, which differs from A by rounding: x = A p − (A J − 1) x widens the box.
+    /// The field is moved by J⁻¹ = A (J A)⁻¹, which differs from A by rounding: it takes p where A takes a point beside it.
     fn push_bounds(&self, local: Aabb) -> Aabb {
-        let mapped = map_bounds(local, &self.world_from_local, |centre| self.world_from_local * centre);
-        let largest = mapped.min.iter().chain(&mapped.max).fold(0.0_f64, |largest, x| largest.max(x.abs()));
-        let Aabb { min, max } = mapped.inflate(largest * self.residual / (1.0 - self.residual));
+        let largest = local.min.iter().chain(&local.max).fold(0.0_f64, |largest, x| largest.max(x.abs()));
+        // Without a residual, also of a box without end.
+        let slack = if self.residual > 0.0 { largest * self.residual / (1.0 - self.residual) } else { 0.0 };
+        let local = local.inflate(slack);
+        let Aabb { min, max } = map_bounds(local, &self.world_from_local, |centre| self.world_from_local * centre);
         let shift = |corner: [f64; 3]| core::array::from_fn(|k| corner[k] + self.translation[k]);
         Aabb { min: shift(min), max: shift(max) }
     }
@@ -96,13 +98,18 @@ impl Placement for Affine {
         self.largest_scale
     }
 
+    fn extent<R: Real>(&self, local: R, bounds: impl FnOnce() -> Aabb) -> R {
+        let longest_side = self.push_bounds(bounds()).longest_side();
+        R::from_f64(longest_side).min(local * R::from_f64(self.largest_scale()))
+    }
+
     #[inline(always)]
     fn magnitude<R: Real>(&self) -> R {
         largest_component(self.translation)
     }
 }
 
-/// A⁻¹ = adj(A) / det(A), the rows of adj(A) being the cross products of the columns of A. `None` if that is not finite.
+/// A⁻¹ = adj(A) / det(A), improved, the rows of adj(A) being the cross products of the columns of A. `None` if that is not finite.
 pub(crate) fn inverse(matrix: &Matrix3<f64>) -> Option<Matrix3<f64>> {
     // Divided by the largest entry first, so that no product underflows or overflows.
     let largest = matrix.amax();
@@ -112,9 +119,13 @@ pub(crate) fn inverse(matrix: &Matrix3<f64>) -> Option<Matrix3<f64>> {
     let scaled = matrix / largest;
     let [a, b, c] = [0, 1, 2].map(|column| scaled.column(column).into_owned());
     let adjugate = Matrix3::from_rows(&[b.cross(&c).transpose(), c.cross(&a).transpose(), a.cross(&b).transpose()]);
-    let first = adjugate / a.dot(&b.cross(&c));
-    // One step of Newton's method, J ← J (2 − A J), squares the error of a determinant that lost digits (Schulz 1933).
-    let inverse = first * (Matrix3::from_diagonal_element(2.0) - scaled * first) / largest;
+    let mut inverse = adjugate / a.dot(&b.cross(&c));
+    // Each step of Newton's method squares the error of a determinant that lost digits (Schulz 1933). Not J ← J (2 − A J): that makes
+    // A J − 1 small, and J A − 1, which a point of the surface is off by, larger by the condition of A.
+    for _ in 0..2 {
+        inverse = (Matrix3::from_diagonal_element(2.0) - inverse * scaled) * inverse;
+    }
+    inverse /= largest;
     inverse.iter().all(|x| x.is_finite()).then_some(inverse)
 }
 

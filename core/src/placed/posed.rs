@@ -80,7 +80,7 @@ impl<F: Sdf, P: Placement + Copy> Sdf for Posed<F, P> {
     #[inline(always)]
     fn extent<R: Real>(&self) -> R {
         let extent = self.field.extent::<R>();
-        self.pose.as_ref().map_or(extent, |pose| extent * R::from_f64(pose.largest_scale()))
+        self.pose.as_ref().map_or(extent, |pose| pose.extent(extent, || self.field.bounds(0.0)))
     }
 }
 

@@ -71,6 +71,11 @@ impl Placement for Stretch {
         self.factors.iter().fold(0.0, |largest, factor| largest.max(factor.abs()))
     }
 
+    fn extent<R: Real>(&self, local: R, bounds: impl FnOnce() -> Aabb) -> R {
+        let longest_side = self.push_bounds(bounds()).longest_side();
+        R::from_f64(longest_side).min(local * R::from_f64(self.largest_scale()))
+    }
+
     #[inline(always)]
     fn magnitude<R: Real>(&self) -> R {
         R::zero()

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use sdf_core::placed::{Affine, Placed, Placement, Rigid, Similarity, Stretch};
 use sdf_core::shapes::Sphere;
-use sdf_core::{EnclosedSdf, Sdf};
+use sdf_core::{Aabb, EnclosedSdf, Sdf};
 use sdf_tests::random::Random;
 
 fn rows(matrix: &Matrix3<f64>) -> [[f64; 3]; 3] {
@@ -30,6 +30,25 @@ fn the_scale_is_the_smallest_singular_value() {
         assert!((affine.scale() / unit - smallest).abs() <= allowed, "{values:?}: {}", affine.scale() / unit);
         let norm = affine.pull(Vector3::<f64>::zeros()).jacobian.singular_values().max();
         assert!(affine.scale() * norm <= 1.0, "{values:?}: slope factor {}", affine.scale() * norm);
+    }
+}
+
+/// φ at t + A u with |u| = 1 is s (|J A u| − 1): of the rounding of A u, some ε of the largest singular value.
+#[test]
+fn the_surface_is_where_the_map_takes_it_however_unlike_the_singular_values_are() {
+    let mut random = Random::seeded();
+    for _ in 0..1000 {
+        let values = Vector3::from([0; 3].map(|_| 10.0_f64.powf(random.between(-4.0, 0.0))));
+        let linear = turn(&mut random) * Matrix3::from_diagonal(&values) * turn(&mut random);
+        let field =
+            Placed { field: Sphere::new(1.0).unwrap(), placement: Affine::new([0.0; 3], rows(&linear)).unwrap() };
+        let bounds = field.bounds(0.0);
+        for _ in 0..20 {
+            let point = linear * random.direction();
+            let value = field.value(point).abs();
+            assert!(value <= 32.0 * f64::EPSILON * values.max(), "{values:?}: {value:e}");
+            assert!(bounds.inflate(1e-15).encloses(&Aabb { min: point.into(), max: point.into() }), "{values:?}");
+        }
     }
 }
 

@@ -1,10 +1,10 @@
 //! Bounds of a cage where they hold with equality: of φ in a tetrahedron, of boxes under its map, of slopes and of margins.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Rotation3, Vector3};
 use sdf_core::Sdf;
 use sdf_core::cage::{Cage, CageMap, CageOutcome, bound_tets};
 use sdf_core::contact::{Element, TetPoint};
-use sdf_core::minimize::FrankWolfe;
+use sdf_core::minimize::{Certified, FrankWolfe};
 use sdf_core::placed::{Placed, Placement};
 use sdf_core::shapes::HalfSpace;
 use sdf_core::{Aabb, Simplex};
@@ -116,4 +116,59 @@ fn slopes_and_margins_of_a_cage_are_reached_along_its_largest_stretch() {
             }
         });
     }
+}
+
+/// The longest edges are of length 1. Heights go from that to a hundred-millionth of it.
+#[test]
+fn a_point_between_two_tetrahedra_is_in_one_of_them_however_flat_they_are() {
+    let mut random = Random::seeded();
+    let mut found = [0; 2];
+    for _ in 0..2000 {
+        let height = 10.0_f64.powf(random.between(-8.0, 0.0));
+        let turn = Rotation3::new(random.direction() * random.between(0.0, 3.0));
+        let flat: Vec<Point> = (0..5).map(|_| random.in_cube(0.5)).collect();
+        let at = |k: usize, side: f64| turn * Vector3::new(flat[k].x, flat[k].y, side * height * flat[k].z.abs());
+        let corners = [at(0, 1.0), at(1, 1.0), at(2, -1.0), at(3, 3.0), at(4, -3.0)];
+        let points = corners.iter().map(|corner| (*corner).into()).collect();
+        let lattice = Lattice { points, tets: vec![[0, 1, 2, 3], [0, 1, 2, 4]] };
+        let weights: [f64; 3] = random_weights(&mut random);
+        let point: Point = corners.iter().zip(weights).map(|(corner, weight)| corner * weight).sum();
+        with_locator(&lattice, &lattice.points, |locator| {
+            let has_frames = [0, 1].iter().all(|tet| locator.weights(*tet, point).is_some());
+            found[usize::from(has_frames)] += 1;
+            assert!(!has_frames || locator.locate(point).is_some(), "{height:e}, {corners:?}, {weights:?}");
+        });
+    }
+    assert!(found.iter().all(|count| *count > 100), "{found:?} without and with frames");
+}
+
+/// The lower part lies in a tetrahedron that is stretched: it is far in the world.
+#[test]
+fn a_part_beyond_the_margin_of_the_world_does_not_hide_one_within_it() {
+    let tet = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let beside = tet.map(|[x, y, z]| [x + 5.0, y, z]);
+    let stretched = tet.map(|[x, y, z]| [x, y, 10.0 * z]);
+    let lattice = Lattice { points: [tet, beside].concat(), tets: vec![[0, 1, 2, 3], [4, 5, 6, 7]] };
+    let now = [stretched, beside].concat();
+    let field = HalfSpace::new([0.0, 0.0, 1.0], 0.0).unwrap();
+    let corners = [Vector3::new(0.2, 0.2, 0.5), Vector3::new(5.2, 0.2, 0.06)];
+    let element = Element { id: 0, vertices: [0, 1], simplex: Simplex { corners } };
+    with_locator(&lattice, &lattice.points, |rest| {
+        with_locator(&lattice, &now, |now| {
+            let cage = Cage::new(rest, now).unwrap();
+            let search = |world_margin: f64| {
+                let margins = [0.1, world_margin];
+                cage.contact_within(&field, &Certified::default(), margins, &element, &[], CageMap::Exact).outcome
+            };
+            let [CageOutcome::Contact(lowest), CageOutcome::Contact(near)] = [search(f64::INFINITY), search(0.1)]
+            else {
+                panic!("{:?}, {:?}", search(f64::INFINITY), search(0.1));
+            };
+            assert!(lowest.contact.distance < 0.05 && lowest.world_distance() > 0.4, "{lowest:?}");
+            assert!((near.contact.distance - 0.06).abs() < 1e-6 && near.world_distance() < 0.1, "{near:?}");
+            // Bounds are those of the whole element.
+            assert!(near.contact.lower_bound <= lowest.contact.distance, "{near:?}");
+            assert_eq!(search(0.01), CageOutcome::Separated);
+        });
+    });
 }

@@ -1,10 +1,11 @@
 //! Certified search: its gap, its budget, and several minima.
 
 use nalgebra::Vector3;
-use sdf_core::combine::Union;
-use sdf_core::minimize::{Certified, Minimizer, PointSampling};
-use sdf_core::shapes::{Cone, HalfSpace, Sphere};
-use sdf_core::{Float, Sdf, Simplex};
+use sdf_core::combine::{Difference, Intersection, Union};
+use sdf_core::minimize::{Certified, Minimizer, Minimum, Newton, PointSampling};
+use sdf_core::placed::{Affine, Placed, Stretch};
+use sdf_core::shapes::{Cone, Cuboid, HalfSpace, Sphere, Torus};
+use sdf_core::{DynSdf, Float, Sdf, Simplex};
 use sdf_tests::oracle::{cast, convex_minimum, face_near_surface, lattice_minimum, random_simplex};
 use sdf_tests::random::Random;
 use sdf_tests::scenes::{Meaning, scenes, shifted};
@@ -192,4 +193,68 @@ fn a_certified_bound_holds_where_values_differ_by_rounding_alone() {
     let mut random = Random::seeded();
     check::<f32>(&mut random);
     check::<f64>(&mut random);
+}
+
+/// The longest side of the box around the surface, where that is shorter than the element: also where the surface is stretched, or only a
+/// part of each of two.
+#[test]
+fn a_converged_value_of_a_large_element_is_known_to_a_fraction_of_the_surfaces_box() {
+    const SEARCH: Certified =
+        Certified { evaluations: 20_000, tolerance: 1e-3, local: Newton { iterations: 8, tolerance: 1e-8 } };
+    let mut random = Random::seeded();
+    let ring = Torus::new(1.0, 0.01).unwrap();
+    let stretched = Placed { field: ring, placement: Stretch::new([1.0, 1.0, 100.0]).unwrap() };
+    let twice = Placed {
+        field: Placed { field: ring, placement: Stretch::new([1.0, 1.0, 0.01]).unwrap() },
+        placement: Stretch::new([1.0, 1.0, 100.0]).unwrap(),
+    };
+    let linear = [[0.6, 0.0, 80.0], [0.0, 1.0, 0.0], [-0.8, 0.0, 60.0]];
+    let affine = Placed { field: ring, placement: Affine::new([3.0, 0.0, 1.0], linear).unwrap() };
+    let bar = |half: [f64; 3]| Cuboid::new(half).unwrap();
+    let crossed = Intersection(bar([500.0, 1.0, 1.0]), Difference(bar([1.0, 500.0, 1.0]), ring));
+    let mut converged = 0;
+    let mut check = |field: &dyn DynSdf| {
+        let side = field.bounds(0.0).longest_side();
+        for _ in 0..40 {
+            let simplex = Simplex { corners: [0; 3].map(|_| random.in_cube(3.0) * side) };
+            let found: Minimum<f64, 3> = SEARCH.minimize(&field, &simplex);
+            let allowed = SEARCH.tolerance * side * Sdf::slope_bound(&field) * (1.0 + 1e-9);
+            let gap = found.sample.value - found.lower_bound;
+            assert!(!found.converged || gap <= allowed, "{gap} > {allowed} on {simplex:?}");
+            converged += u32::from(found.converged);
+        }
+    };
+    check(&stretched);
+    check(&twice);
+    check(&affine);
+    check(&crossed);
+    assert!(converged > 80, "{converged}");
+}
+
+/// However little a minimum is below the level, the search goes on until it is there, or has nothing left.
+#[test]
+fn a_minimum_just_below_the_level_is_found_with_evaluations_enough() {
+    let mut random = Random::seeded();
+    let field = Union(
+        Torus::new(1.0, 0.2).unwrap(),
+        Intersection(Sphere::new(0.9).unwrap(), Cuboid::new([0.7, 0.8, 0.9]).unwrap()),
+    );
+    let search = Certified { evaluations: 100_000, ..Certified::default() };
+    let exact = Certified { tolerance: 1e-12, ..search };
+    let mut without = 0;
+    for _ in 0..200 {
+        let simplex = Simplex { corners: [0; 3].map(|_| random.in_cube(1.3)) };
+        let truth: Minimum<f64, 3> = exact.minimize(&field, &simplex);
+        for above in [1e-8, 1e-6, 1e-5, 1e-4] {
+            let level = truth.sample.value + above;
+            let found: Minimum<f64, 3> = search.minimize_below(&field, &simplex, level);
+            without += u32::from(search.minimize(&field, &simplex).sample.value > level);
+            assert!(
+                found.sample.value <= level,
+                "{} above {level}, {above:e} above the minimum, on {simplex:?}",
+                found.sample.value
+            );
+        }
+    }
+    assert!(without > 10, "{without}: the level asks nothing");
 }
