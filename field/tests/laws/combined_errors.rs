@@ -85,7 +85,7 @@ fn a_complete_search_drops_nothing_of_differences_and_shells_outside_of_a_grid()
                 near += 1;
                 match combine(&grid).contacts(mesh, &complete) {
                     Ok(found) => assert_eq!(found.contacts.len(), 1, "{layout:?}, margin {margin}: dropped at {x}"),
-                    Err(error) => assert_eq!(error, QueryError::ErrorBoundUnknown),
+                    Err(error) => assert_eq!(error, QueryError::OutsideGridInCombination),
                 }
             }
             assert!(near > 20, "{near}");
