@@ -28,8 +28,8 @@ pub struct Contacts {
     /// [`ContactOptions::complete`].
     pub possible_count: usize,
     /// Elements without a contact of which `auto` and `certified` could not prove that there is none: the budget was spent before, or the lowest
-    /// value is above the margin by less than rounding. A larger budget decides most of them, a
-    /// [`complete`](ContactOptions::complete) search lists them. 0 of other methods, which prove nothing.
+    /// value is above the margin by less than the tolerance or rounding. A larger budget decides most of them, a smaller tolerance those
+    /// nearest to the margin, and a [`complete`](ContactOptions::complete) search lists them. 0 of other methods, which prove nothing.
     pub undecided_count: usize,
     /// Elements that were skipped: a coordinate, or an answer of the field, is NaN or infinite or too large.
     pub not_finite_count: usize,
@@ -203,8 +203,13 @@ impl<'a> Report<'a> {
     ) -> Result<Self, QueryError> {
         let ContactOptions { margin, complete, pose, .. } = *options;
         let error = selection.error_bound(field, options);
-        if complete && selection.largest_reach(&error, options) == f64::INFINITY {
-            return Err(QueryError::ErrorBoundUnknown);
+        let is_unknown = |error: &ErrorBound| selection.largest_reach(error, options) == f64::INFINITY;
+        if complete && is_unknown(&error) {
+            let in_boxes = ErrorBound { fails_outside: [false; 2], ..error };
+            return Err(match is_unknown(&in_boxes) {
+                true => QueryError::ErrorBoundUnknown,
+                false => QueryError::OutsideGridInCombination,
+            });
         }
         // The one value of a vertex is all there is to know.
         let proves = N > 1 && matches!(options.method, Method::Auto | Method::Certified);

@@ -16,6 +16,9 @@ pub enum QueryError {
     AllMinimaNeedCertified,
     /// A complete search needs a bound of the field's error, and this field has none.
     ErrorBoundUnknown,
+    /// A complete search of a combination, such as a shell or a difference, knows no error bound outside of a grid's box, and the mesh
+    /// reaches there.
+    OutsideGridInCombination,
     /// An exact search needs the mesh that the grid was baked from.
     MeshNotKept,
     /// An exact search needs a grid, and not shapes, or grids that were moved or combined.
@@ -57,8 +60,13 @@ impl std::fmt::Display for QueryError {
             Self::GoldenSectionNeedsEdges => f.write_str("golden-section search works on edges only"),
             Self::ErrorBoundUnknown => {
                 f.write_str("a complete search needs a field whose error bound is known: a baked grid, of an open mesh one with a larger padding where \
-                 its inside reaches the box, or a closed form")
+                 its inside reaches the box, in a combination one with a wider band, or dense, where the margin lies beyond the band; or a \
+                 closed form")
             }
+            Self::OutsideGridInCombination => f.write_str(
+                "a complete search knows no error bound outside of a grid's box in a combination, and the mesh reaches there: bake the grid with \
+                 a larger padding, or leave out what lies there",
+            ),
             Self::MeshNotKept => f.write_str(
                 "an exact search needs the mesh in the field: bake it again with BakeOptions::keep_mesh, or `bake --keep-mesh`",
             ),

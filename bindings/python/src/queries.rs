@@ -41,7 +41,8 @@ impl Sdf {
     /// .ci/gpu.sh --out FOLDER made, or that folder.
     /// counts: True gives (contacts, counts), a dict of counts: "elements" in all, those "searched" and not culled (None on a card where
     /// lean), contacts that are "possible", and elements "undecided": without a contact, and auto and certified did not prove in their
-    /// budget that there is none.
+    /// budget that there is none. A larger budget decides most of them, a smaller tolerance those whose minimum is within it of the margin;
+    /// complete lists them.
     #[pyo3(signature = (mesh, faces=None, *, margin=0.0, method="auto", elements="faces", pose=None, all_minima=false,
         complete=false, exact=false, one_per_feature=false, lean=false, budget=None, tolerance=1e-3, threads=None,
         clusters=None, mesh_pose=None, margins=None, device="cpu", kernels=None, counts=false))]

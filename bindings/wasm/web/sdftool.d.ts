@@ -92,7 +92,7 @@ export interface ContactSummary {
   elementCount: number;
   searchedCount: number;
   possibleCount: number;
-  /** Elements without a contact of which auto and certified did not prove in their budget that there is none. */
+  /** Elements without a contact of which auto and certified did not prove in their budget that there is none: a larger budget or a smaller tolerance decides. */
   undecidedCount: number;
   insideCount: number;
   /** The lowest distance; null where there is no contact. */

@@ -177,7 +177,7 @@ pub fn advice(comparison: &Comparison) -> String {
         return format!("recommended: {recommended}: there are no contacts here to compare the methods by");
     }
     if comparison.recommended == Method::Auto {
-        return "recommended: auto: every method that is a twentieth faster misses contacts or is off by more than the tolerance here"
+        return "recommended: auto: every method that is a quarter faster misses contacts or is off by more than the tolerance here"
             .to_owned();
     }
     let faster = auto.seconds / best.seconds;

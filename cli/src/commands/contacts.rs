@@ -53,10 +53,10 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
         bail!("no edges in {}: take --elements vertices", args.mesh.display());
     }
     let pose = args.pose.rigid()?;
-    let (found, read_summary, read) = progress::on_threads(args.threads, || {
+    let (found, has_grid, read_summary, read) = progress::on_threads(args.threads, || {
         let (field, read_summary) = read_field(args, &searcher, &mesh, &pose)?;
         let read = started.elapsed().as_secs_f64();
-        anyhow::Ok((find(args, &searcher, &mesh, &field)?, read_summary, read))
+        anyhow::Ok((find(args, &searcher, &mesh, &field)?, field.has_grid(), read_summary, read))
     })??;
     let query = started.elapsed().as_secs_f64() - read;
 
@@ -106,11 +106,10 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
     if let Some(read) = &read_summary {
         rows.push(("read", read.in_words()));
     }
-    if args.complete && !args.exact {
-        rows.push((
-            "possible",
-            format!("{} of the contacts: the grid's error leaves open whether they are", found.possible),
-        ));
+    // A closed form has no error.
+    if args.complete && !args.exact && (has_grid || found.possible > 0) {
+        let what = if has_grid { "the search or the grid's error" } else { "the search" };
+        rows.push(("possible", format!("{} of the contacts: {what} leaves open whether they are", found.possible)));
     }
     if args.exact {
         rows.push(("exact", exact_row(&found)));
@@ -119,7 +118,7 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
         let by_cpu = if searcher.is_card() { "--complete on the CPU" } else { "--complete" };
         let advice = match args.exact {
             true => "give --complete in place of --exact, which lists them".to_owned(),
-            false => format!("give more --iterations, or {by_cpu}, which lists them"),
+            false => format!("give more --iterations or a smaller --tolerance, or {by_cpu}, which lists them"),
         };
         rows.push(("undecided", format!("{} elements may be within the margin: {advice}", found.undecided)));
     }
@@ -268,7 +267,7 @@ pub struct ContactList<'a> {
     pub passed_cull: Option<usize>,
     /// Number of skipped elements: a coordinate or a value of the field is NaN, infinite or too large.
     pub not_finite: usize,
-    /// Contacts that the grid's error leaves open.
+    /// Contacts that the search or the grid's error leaves open.
     pub possible: usize,
     /// Elements that the search left open.
     pub undecided: usize,

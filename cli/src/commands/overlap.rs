@@ -233,12 +233,15 @@ fn patch_summary(patch: &Patch<f64>) -> PatchSummary {
 }
 
 fn rows(args: &ContactsArgs, document: &Document, verdict: OverlapVerdict) -> Vec<(&'static str, String)> {
-    let verdict = match verdict {
+    let words = match verdict {
         OverlapVerdict::Contact => "contact",
         OverlapVerdict::Separated => "apart for certain: no point is within the margin of both",
         OverlapVerdict::Undecided => "undecided: no point within the margin of both was found, and one may be there",
     };
-    let mut rows = vec![("verdict", verdict.to_owned())];
+    // A search that spent its evaluations ends no nearer to the minimum with a smaller tolerance.
+    let is_open = verdict == OverlapVerdict::Undecided && document.deepest.is_some_and(|deepest| deepest.converged);
+    let advice = if is_open { "; give a smaller --tolerance" } else { "" };
+    let mut rows = vec![("verdict", format!("{words}{advice}"))];
     if let Some(first) = document.meetings.first() {
         let point = point_at(first.point, first.distance);
         rows.push(("deepest", format!("{} at {point}", number(first.distance))));

@@ -79,8 +79,14 @@ fn a_table_that_a_spent_budget_leaves_open_is_told() {
     assert_eq!((points(&json).len(), &json["undecided"]), (0, &1.into()));
     says(
         &folder.done(&format!("{search} --iterations 4")),
-        &["undecided  1 elements may be within the margin", "--complete"],
+        &["undecided  1 elements may be within the margin", "more --iterations or a smaller --tolerance", "--complete"],
     );
+    // A closed form has no error that could leave it open.
+    let listed = folder.done(&format!("{search} --iterations 4 --complete"));
+    says(&listed, &["possible  1 of the contacts: the search leaves open"]);
+    assert!(!listed.contains("grid"), "{listed}");
+    let decided = folder.done(&format!("{search} --complete"));
+    assert!(!decided.contains("possible"), "{decided}");
     let json = folder.json(search);
     assert_eq!((points(&json).len(), &json["undecided"]), (1, &0.into()));
 }

@@ -161,6 +161,17 @@ fn separation_is_reported_and_the_margin_finds_near_fields() {
 }
 
 /// A sheet with its inside below, which reaches the grid's box. Beyond the box the inside continues for its depth there.
+/// Where both bars are deepest they are 0.4 deep.
+#[test]
+fn a_minimum_within_the_tolerance_of_the_margin_is_undecided_until_the_tolerance_is_smaller() {
+    let folder = Folder::new();
+    folder.write("bar.sdf.toml", "[field]\nshape = 'box'\nhalf_extents = [2, 0.5, 0.4]\n");
+    let turned = "--rotate=0.3,-0.4,0.2,0.8 --translate=0.3,0,0.1";
+    let search = format!("contacts bar.sdf.toml bar.sdf.toml {turned} --margin=-0.40001");
+    says(&folder.done(&search), &["verdict  undecided", "give a smaller --tolerance"]);
+    says(&folder.done(&format!("{search} --tolerance 1e-6")), &["verdict  apart"]);
+}
+
 #[test]
 fn a_field_that_is_negative_on_its_box_continues_beyond_it() {
     let folder = scene();

@@ -127,6 +127,29 @@ fn a_closed_form_has_nothing_possible_and_a_grid_without_bound_is_refused() {
     assert_eq!(unknown.contacts(mesh, &complete).unwrap_err(), QueryError::ErrorBoundUnknown);
 }
 
+#[test]
+fn a_complete_search_says_where_a_mesh_leaves_the_box_of_a_grid_in_a_combination() {
+    let ball = SpikedBall { levels: 1, radius: 0.5 }.mesh();
+    let body = MeshView { points: &ball.points, faces: &ball.triangles };
+    let dense = BakeOptions { size: GridSize::Cells(8), layout: Layout::Dense, ..BakeOptions::default() };
+    let grid = Field::bake(body, &dense).unwrap().field;
+    let near = [[0.0, 0.0, 0.2], [0.2, 0.0, 0.2], [0.0, 0.2, 0.3]];
+    let far = near.map(|point| point.map(|x| x + 5.0));
+    let points = [near, far].concat();
+    let complete = ContactOptions { complete: true, ..ContactOptions::default() };
+    let search = |field: &Field, faces: &[[u32; 3]]| {
+        let vertices = &points[..3 * faces.len()];
+        field.contacts(MeshView { points: vertices, faces }, &complete)
+    };
+    let both = [[0, 1, 2], [3, 4, 5]];
+    let carved = Field::new(Sphere::new(0.5).unwrap()).difference(&grid).unwrap();
+    for field in [grid.shell(0.02).unwrap(), carved] {
+        assert!(search(&field, &both[..1]).is_ok());
+        assert_eq!(search(&field, &both), Err(QueryError::OutsideGridInCombination));
+    }
+    assert_eq!(search(&grid, &both).unwrap().contacts.len(), 1);
+}
+
 /// The inside of three open sheets, one above the other, has no end below them: the winding number is above ½ there at the box's face.
 #[test]
 fn nothing_is_claimed_outside_of_the_box_where_the_inside_of_an_open_mesh_reaches_it() {

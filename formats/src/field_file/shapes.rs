@@ -59,7 +59,9 @@ pub(super) fn node(mut table: Table, grids: &mut Grids, max_depth: usize) -> Res
         "smooth_union" => {
             let blend = table.number("blend")?;
             let join = |a, b| SmoothUnion::new(a, b, blend).map(|union| AnyField::SmoothUnion(Box::new(union)));
-            join_all(parts(&mut table, grids, depth)?, join)
+            let parts = parts(&mut table, grids, depth)?;
+            // One part alone is not joined.
+            if blend > 0.0 { join_all(parts, join) } else { None }
         }
         "offset" => {
             let part = node(table.table("of")?, grids, depth)?;
@@ -71,7 +73,11 @@ pub(super) fn node(mut table: Table, grids: &mut Grids, max_depth: usize) -> Res
         }
         unknown => return Err(table.refuse(format!("unknown shape {unknown:.40?}; known shapes: {SHAPES}"))),
     };
-    let node = node.ok_or_else(|| table.refuse(format!("not a valid {shape}: {}", requirement(shape))))?;
+    let node = node.ok_or_else(|| {
+        let out_of_range = "out of range: give lengths between 1e-150 and 1e150";
+        let why = if table.is_out_of_range() { out_of_range } else { requirement(shape) };
+        table.refuse(format!("not a valid {shape}: {why}"))
+    })?;
     table.finish()?;
     Ok(match pose {
         Some(pose) => pose.place(node),
@@ -83,6 +89,7 @@ pub(super) fn node(mut table: Table, grids: &mut Grids, max_depth: usize) -> Res
 fn requirement(shape: &str) -> &'static str {
     match shape {
         "half_space" => "normal must not be zero",
+        "smooth_union" => "blend must be more than 0",
         "rounded_box" => "half_extents must be more than 0, radius 0 or more",
         "cone" => "half_angle_deg must be between 0 and 90, height more than 0",
         "torus" => "minor_radius must be more than 0, major_radius no less than minor_radius",

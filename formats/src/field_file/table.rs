@@ -1,5 +1,6 @@
 //! TOML tables, read key by key. Errors name the table; keys that nobody reads are errors.
 
+use std::ops::RangeInclusive;
 use std::path::Path;
 
 use toml::Value;
@@ -51,9 +52,13 @@ impl<'a> Table<'a> {
         self.optional_number(key)?.ok_or_else(|| self.missing(key, "a number"))
     }
 
-    /// An angle in radians, under a key in radians, else under one in degrees.
+    /// An angle in radians, under a key in radians or one in degrees.
     pub fn angle(&mut self, degrees: &'static str, radians: &'static str) -> Result<f64, FieldError> {
-        if self.values.contains_key(radians) { self.number(radians) } else { Ok(self.number(degrees)?.to_radians()) }
+        match [degrees, radians].map(|key| self.values.contains_key(key)) {
+            [true, true] => Err(self.refuse(format!("give one of {degrees} and {radians}"))),
+            [false, true] => self.number(radians),
+            _ => Ok(self.number(degrees)?.to_radians()),
+        }
     }
 
     pub fn optional_number(&mut self, key: &'static str) -> Result<Option<f64>, FieldError> {
@@ -72,6 +77,13 @@ impl<'a> Table<'a> {
             Some(numbers) => Ok(Some(numbers)),
             None => Err(self.refuse(format!("{key} must be a list of {N} finite numbers"))),
         }
+    }
+
+    /// `true` if a number, or one of a list, is so large or so small that its square is no normal number. Zero is not.
+    pub fn is_out_of_range(&self) -> bool {
+        let is_beyond = |number: f64| number != 0.0 && !LENGTHS.contains(&number.abs());
+        let lists = self.values.values().filter_map(Value::as_array).flatten();
+        self.values.values().chain(lists).filter_map(number).any(is_beyond)
     }
 
     /// `true` if the key is there and has a list.
@@ -114,6 +126,9 @@ impl<'a> Table<'a> {
         if self.name.is_empty() { key.to_owned() } else { format!("{}.{key}", self.name) }
     }
 }
+
+/// Lengths whose squares are normal numbers, with room for sums.
+const LENGTHS: RangeInclusive<f64> = 1e-150..=1e150;
 
 /// Longest key that is compared.
 const MAX_KEY_CHARS: usize = 40;

@@ -31,12 +31,37 @@ fn an_invalid_field_table_is_refused_with_its_location() {
         ("[field]\nshape = 'box'\nhalf_extents = [1, 2, 'x']\n", ["half_extents", "3 finite numbers"]),
         ("[field]\nshape = 'half_space'\nnormal = [0, 0, 0]\noffset = 1\n", ["half_space", "normal must not be zero"]),
         ("[field]\nshape = 'cone'\nhalf_angle_deg = 90\nheight = 1\n", ["not a valid cone", "between 0 and 90"]),
+        (
+            "[field]\nshape = 'cone'\nhalf_angle_deg = 30\nhalf_angle_rad = 0.5\nheight = 1\n",
+            ["field: give one of", "half_angle_deg and half_angle_rad"],
+        ),
         ("[field]\nshape = 'torus'\nmajor_radius = 1\nminor_radius = 2\n", ["not a valid torus", "no less than"]),
+        (
+            "[field]\nshape = 'capsule'\na = [0, 0, 0]\nb = [1e155, 0, 0]\nradius = 1\n",
+            ["not a valid capsule: out of range", "1e150"],
+        ),
+        (
+            "[field]\nshape = 'bowl'\nradius = 1e155\ncut_height = 0\nthickness = 1e154\n",
+            ["not a valid bowl: out of range", "1e150"],
+        ),
+        (
+            "[field]\nshape = 'smooth_union'\nblend = 0\nof = [{ shape = 'sphere', radius = 1 }]\n",
+            ["not a valid smooth_union", "blend must be more than 0"],
+        ),
+        (
+            "[field]\nshape = 'smooth_union'\nblend = -1\nof = [{ shape = 'sphere', radius = 1 }]\n",
+            ["not a valid smooth_union", "blend must be more than 0"],
+        ),
         ("[field]\nshape = 'bowl'\nradius = 1\ncut_height = 1\nthickness = 0.1\n", ["not a valid bowl", "cut_height"]),
         ("[field]\nshape = 'union'\nof = []\n", ["of must be a list", "at least one"]),
         ("[field]\nshape = 'union'\nof = [3]\n", ["of[0]", "table"]),
         ("[field]\nshape = 'shell'\nthickness = 0.1\n", ["needs of", "table"]),
         ("[field]\nshape = 'sphere'\nradius = 1\npose.scale = 0\n", ["field.pose", "scale must be positive"]),
+        ("[field]\nshape = 'sphere'\nradius = 1\npose.scale = 1e-320\n", ["field.pose", "scale is too small"]),
+        (
+            "[field]\nshape = 'sphere'\nradius = 1\npose.scale = [1, 1, 1e-320]\n",
+            ["field.pose", "scale of an axis is too small"],
+        ),
         ("[field]\nshape = 'sphere'\nradius = 1\npose.scale = -1\n", ["field.pose", "[-1.0, 1.0, 1.0] mirrors"]),
         ("[field]\nshape = 'sphere'\nradius = 1\npose.rotation = [0, 0, 0, 0]\n", ["field.pose", "rotation"]),
         ("[field]\nshape = 'sphere'\nradius = 1\npose.rotate = [0, 0, 1]\n", ["unknown key \"rotate\"", "translation"]),
