@@ -88,7 +88,7 @@ impl MeshBoundary {
     pub fn new(points: &[Vector3<f64>], edges: impl Iterator<Item = ([u32; 2], f64)>) -> Self {
         let at = |edge: &[u32; 2]| edge.map(|point| points[point as usize]);
         let mut loops: Vec<(Vec<[Vector3<f64>; 2]>, bool)> =
-            loops(edges).iter().map(|edges| (edges.iter().map(at).collect(), is_closed(edges))).collect();
+            loops(points.len(), edges).iter().map(|edges| (edges.iter().map(at).collect(), is_closed(edges))).collect();
         let edge_count = loops.iter().map(|(edges, _)| edges.len()).sum();
         let ends = || loops.iter().flat_map(|(edges, _)| edges.iter().flatten());
         let Some(low) = ends().copied().reduce(|a, b| a.inf(&b)) else {
