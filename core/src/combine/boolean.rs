@@ -134,7 +134,7 @@ impl<A: Sdf, B: Sdf> Sdf for Intersection<A, B> {
         self.0.magnitude::<R>().max(self.1.magnitude())
     }
 
-    /// Of the part that both boxes have in common, unless there is none.
+    /// Longest side of what both boxes have in common, if that is shorter.
     fn extent<R: Real>(&self) -> R {
         let extent = self.0.extent::<R>().min(self.1.extent());
         let both = self.0.bounds(0.0).intersection(&self.1.bounds(0.0)).map_or(0.0, |bounds| bounds.longest_side());

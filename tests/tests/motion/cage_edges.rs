@@ -10,7 +10,7 @@ use sdf_core::shapes::HalfSpace;
 use sdf_core::{Aabb, Simplex};
 use sdf_tests::random::Random;
 
-use crate::cage::{Lattice, with_locator};
+use crate::cage_lattice::{Lattice, with_locator};
 use crate::random_weights;
 
 type Point = Vector3<f64>;

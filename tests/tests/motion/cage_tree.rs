@@ -6,7 +6,7 @@ use sdf_core::cage::{TetFrame, TetLocator, sort_tets, tet_tree_size};
 use sdf_core::contact::{ClusterKey, TetPoint};
 use sdf_tests::random::Random;
 
-use crate::cage::{Lattice, with_locator};
+use crate::cage_lattice::{Lattice, with_locator};
 use crate::random_weights;
 
 /// Every tetrahedron that holds a point is found, at all numbers of tetrahedra up to a tree of four levels, and buffers of another

@@ -3,6 +3,7 @@
 mod affine;
 mod cage;
 mod cage_edges;
+mod cage_lattice;
 mod cage_tree;
 mod clusters;
 mod edge_cases;
