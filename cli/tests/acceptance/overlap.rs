@@ -160,7 +160,6 @@ fn separation_is_reported_and_the_margin_finds_near_fields() {
     );
 }
 
-/// A sheet with its inside below, which reaches the grid's box. Beyond the box the inside continues for its depth there.
 /// Where both bars are deepest they are 0.4 deep.
 #[test]
 fn a_minimum_within_the_tolerance_of_the_margin_is_undecided_until_the_tolerance_is_smaller() {
@@ -172,6 +171,7 @@ fn a_minimum_within_the_tolerance_of_the_margin_is_undecided_until_the_tolerance
     says(&folder.done(&format!("{search} --tolerance 1e-6")), &["verdict  apart"]);
 }
 
+/// A sheet with its inside below, which reaches the grid's box. Beyond the box the inside continues for its depth there.
 #[test]
 fn a_field_that_is_negative_on_its_box_continues_beyond_it() {
     let folder = scene();

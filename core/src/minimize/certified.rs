@@ -45,7 +45,7 @@ use crate::{EnclosedSdf, Goal, Simplex};
 ///
 /// With a level ([`Minimizer::minimize_below`]), it stops once every value is proven above the level. Where the value found
 /// without it is at most the level, the answer is the same. Where that is above the level, but by less than the tolerance
-/// leaves open, searches in double precision go on, each with half of the gap, until that is told or the budget is spent.
+/// leaves open, a search in double precision is repeated with a smaller tolerance, until it decides that or the budget is spent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Certified {
     /// Largest number of evaluations of an answer, local steps and all parts of a union included; 0 counts as 1. The

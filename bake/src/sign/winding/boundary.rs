@@ -201,7 +201,7 @@ struct Item {
 }
 
 /// Groups of up to eight items, and each as one part. Small loops share groups with those beside them, a longer one has groups of its own.
-/// Of each loop it is said whether it is closed.
+/// With each loop comes whether it is closed.
 fn groups(loops: &[(Vec<[Vector3<f64>; 2]>, bool)]) -> Vec<(Vec<Item>, Part)> {
     let mut groups = vec![];
     let mut add = |mut items: Vec<Item>, area: Option<f64>| {
