@@ -57,6 +57,10 @@ fn the_particles_of_a_side_carry_its_point() {
     let side = RowSide::embedded(&contact, &embedding).unwrap();
     let mut totals = [0.0; 5];
     shares(&side, &tets).iter().for_each(|(index, weight)| totals[*index as usize] += weight);
+    // Each comes once: the inverse mass at the point is Σ w²/m, and not less.
+    assert_eq!(shares(&side, &tets).len(), 5);
+    let folded = RowSide::Particles { indices: [4, 7, 4], weights: [0.5, 0.25, 0.25] };
+    assert_eq!(shares(&folded, &[]), [(4, 0.75), (7, 0.25)]);
     let [a, b, c] = contact.weights;
     let expected = [0.1 * a, 0.2 * a + 0.25 * b, 0.3 * a + 0.25 * b, 0.4 * a + 0.5 * b, c];
     for (total, expected) in totals.iter().zip(expected) {

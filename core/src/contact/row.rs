@@ -78,25 +78,47 @@ impl<R: Float> RowSide<R> {
         Some(Self::Embedded(points))
     }
 
-    /// Visits each particle of the side and its weight; `tets` has the corners of each tetrahedron. Shares of zero are left out, and
-    /// a particle of several tetrahedra comes once for each. Nothing comes of a rigid body or a fixed side.
+    /// Visits each particle of the side once, with its weight; `tets` has the corners of each tetrahedron. Shares of zero are left out.
+    /// Nothing comes of a rigid body or a fixed side.
+    ///
+    /// So the inverse mass that an impulse along the normal meets is Σ w²/m over what is visited.
     pub fn visit_particles(&self, tets: &[[u32; 4]], mut visit: impl FnMut(u32, R)) {
-        let mut visit_tet = |point: &TetPoint<R>| {
+        let mut found = Particles { count: 0, shares: [(NO_VERTEX, R::zero()); 12] };
+        let add_tet = |found: &mut Particles<R>, point: &TetPoint<R>| {
             let corners = tets.get(point.tet as usize).into_iter().flatten();
-            let shares = corners.zip(point.weights).filter(|(_, weight)| !Real::is_zero(*weight));
-            shares.for_each(|(particle, weight)| visit(*particle, weight));
+            corners.zip(point.weights).for_each(|(particle, weight)| found.add(*particle, weight));
         };
         match self {
-            Self::Tet(point) => visit_tet(point),
-            Self::Embedded(points) => points.iter().for_each(visit_tet),
+            Self::Tet(point) => add_tet(&mut found, point),
+            Self::Embedded(points) => points.iter().for_each(|point| add_tet(&mut found, point)),
             Self::Particles { indices, weights } => {
-                let shares = indices
-                    .iter()
-                    .zip(*weights)
-                    .filter(|(index, weight)| **index != NO_VERTEX && !Real::is_zero(*weight));
-                shares.for_each(|(index, weight)| visit(*index, weight));
+                let shares = indices.iter().zip(*weights).filter(|(index, _)| **index != NO_VERTEX);
+                shares.for_each(|(index, weight)| found.add(*index, weight));
             }
             Self::Fixed | Self::Body { .. } => {}
+        }
+        found.shares.iter().take(found.count).for_each(|(particle, weight)| visit(*particle, *weight));
+    }
+}
+
+/// The particles that carry a point, each once: at most the corners of three tetrahedra.
+struct Particles<R> {
+    count: usize,
+    shares: [(u32, R); 12],
+}
+
+impl<R: Float> Particles<R> {
+    /// Adds a share to those of its particle.
+    fn add(&mut self, particle: u32, weight: R) {
+        if Real::is_zero(weight) {
+            return;
+        }
+        let (known, free) = self.shares.split_at_mut(self.count);
+        if let Some((_, share)) = known.iter_mut().find(|(other, _)| *other == particle) {
+            *share += weight;
+        } else if let Some(share) = free.first_mut() {
+            *share = (particle, weight);
+            self.count += 1;
         }
     }
 }

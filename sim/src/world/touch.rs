@@ -115,8 +115,9 @@ impl World {
                 let inv_mass = self.inv_mass[*id as usize];
                 particle_weight += inv_mass * weight * weight;
                 farthest = farthest.max(inv_mass * weight.abs());
-                let others = terms[index + 1..].iter().filter(|(other, _)| other != id);
+                let others = &terms[index + 1..];
                 reach = others
+                    .iter()
                     .map(|(other, _)| (self.x[*other as usize] - self.x[*id as usize]).norm())
                     .fold(reach, f64::min);
             }

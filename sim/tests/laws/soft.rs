@@ -2,6 +2,11 @@
 
 use std::collections::BTreeSet;
 
+use sdf_core::Simplex;
+use sdf_core::contact::{Contact, Element, Outcome, Row, RowSide, TetPoint, contact};
+use sdf_core::minimize::FrankWolfe;
+use sdf_core::shapes::HalfSpace;
+use sdf_procedural::random::{Random, test_seed};
 use sdf_sim::soft::{self, Matter};
 use sdf_sim::{Rows, World};
 
@@ -136,4 +141,54 @@ fn long_edges_are_cut_and_the_mesh_stays_closed() {
         assert_eq!(parts.len() == faces.len(), side > 1.0, "{side}");
     }
     assert!(!soft::split_edges(&mut points.clone(), &mut faces.clone(), 1e-5));
+}
+
+/// A contact of a face on the ground, with these shares of its corners.
+fn on_the_ground(weights: [f64; 3]) -> Contact<f64> {
+    let ground = HalfSpace::new([0.0, 0.0, 1.0], 0.0).unwrap();
+    let corners = [V3::zeros(), V3::x(), V3::y()];
+    let element = Element { id: 0, vertices: [0, 1, 2], simplex: Simplex { corners } };
+    match contact(&ground, &FrankWolfe::default(), 1.0, &element) {
+        Outcome::Contact(contact) => Contact { weights, ..contact },
+        other => panic!("{other:?}"),
+    }
+}
+
+/// A face whose corners share particles, as most do: a push moves its point by Σ (Σ w)²/m, and what falls on the ground stops and does not
+/// rebound.
+#[test]
+fn a_soft_body_that_strikes_the_ground_stops_at_the_point_and_gains_no_energy() {
+    let seed = test_seed(2611);
+    let mut random = Random::new(seed);
+    for round in 0..200 {
+        let mut world = cube(1e-9, 0.3);
+        world.v.iter_mut().for_each(|v| *v = -V3::z());
+        let mut shares = |count: usize| {
+            let drawn: Vec<f64> = (0..count).map(|_| random.unit() + 1e-3).collect();
+            let sum: f64 = drawn.iter().sum();
+            drawn.into_iter().map(|share| share / sum).collect::<Vec<f64>>()
+        };
+        // In one tetrahedron, in two, in three of the cubes at a corner.
+        let tets = [[0, 0, 0], [0, 0, 1], [0, 1, 2]][round % 3];
+        let embedding = tets.map(|tet| TetPoint { tet, weights: shares(4).try_into().unwrap() });
+        let contact = on_the_ground(shares(3).try_into().unwrap());
+        let row = Row::from_contact(&contact, 0.0).unwrap();
+        let element = RowSide::embedded(&contact, &embedding).unwrap();
+        let place = |world: &World| {
+            let mut z = 0.0;
+            let corners: Vec<[u32; 4]> = world.tets.iter().map(|tet| tet.corners).collect();
+            element.visit_particles(&corners, |particle, weight| z += world.x[particle as usize].z * weight);
+            z
+        };
+        let (kinetic, start) = (world.kinetic_energy(), place(&world));
+        let point = V3::z() * start;
+        let mut rows = Rows::default();
+        rows.push(Row { element, gap: 0.0, point, surface_point: point, ..row });
+        world.step(STEP, &mut rows);
+        let context = format!("round {round} of seed {seed}");
+        let gain = world.kinetic_energy() / kinetic - 1.0;
+        assert!(gain < 1e-12, "{context}: kinetic energy grew by {gain}");
+        let sunk = (place(&world) - start) / STEP;
+        assert!(sunk.abs() < 1e-9, "{context}: the point goes on at {sunk}");
+    }
 }
