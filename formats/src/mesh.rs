@@ -68,9 +68,9 @@ pub struct PolygonCounts {
     pub total: usize,
     /// Polygons with more than three corners.
     pub larger: usize,
-    /// Larger polygons cut ear by ear, because a fan from the first corner does not fill them.
+    /// Larger polygons cut ear by ear, because a fan from the first corner does not fill them. Ears of one that lies over itself overlap.
     pub ear_clipped: usize,
-    /// Larger polygons cut into a fan that may overlap: without area, with crossing edges, or one of those that hide so much
+    /// Larger polygons cut into a fan that may overlap: without area, with edges that cross so that no ear is left, or one of those that hide so much
     /// from each other that cutting them takes more than half a second.
     pub unverified: usize,
 }

@@ -29,10 +29,13 @@ impl ReflexGrid {
             }
         }
         let extents = [high[0] - low[0], high[1] - low[1]];
-        let side = (extents[0] * extents[1] / points.len() as f64).sqrt();
+        let count = points.len().max(1);
+        // Roots first: products of small extents underflow.
+        let side = extents[0].sqrt() / (count as f64).sqrt() * extents[1].sqrt();
         for axis in 0..2 {
-            // NaN becomes 0, and so 1.
-            self.counts[axis] = ((extents[axis] / side).ceil() as usize).clamp(1, points.len().max(1));
+            // NaN becomes 0, and so 1. However that was rounded, there are at most four cells for each corner.
+            let most = if axis == 0 { count } else { (4 * count / self.counts[0]).clamp(1, count) };
+            self.counts[axis] = ((extents[axis] / side).ceil() as usize).clamp(1, most);
             let per_unit = self.counts[axis] as f64 / extents[axis];
             self.per_unit[axis] = if per_unit.is_finite() { per_unit } else { 0.0 };
         }

@@ -216,6 +216,32 @@ fn polygons_that_touch_themselves_end_in_time() {
     }
 }
 
+/// The product of its extents underflows when it is divided by the number of corners: yet the grid of its corners has about one cell for
+/// each, and not its square.
+#[test]
+fn a_tiny_polygon_of_many_corners_takes_no_more_than_a_large_one() {
+    let text = comb(5_000);
+    let scaled = |scale: f64| {
+        let line = |line: &str| match line.strip_prefix("v ") {
+            Some(point) => {
+                let scaled: Vec<String> =
+                    point.split(' ').map(|x| format!("{:e}", x.parse::<f64>().unwrap() * scale)).collect();
+                format!("v {}\n", scaled.join(" "))
+            }
+            None => format!("{line}\n"),
+        };
+        let text: String = text.lines().map(line).collect();
+        let (mesh, peak) = peak_of(|| survive(text.as_bytes(), "a.obj").unwrap());
+        assert_eq!(mesh.triangles.len(), 4 * 5_000 - 2, "{scale}");
+        peak
+    };
+    let large = scaled(1.0);
+    for scale in [1e-150, 1e-158, 1e-161, 1e-162, 1e-165] {
+        let tiny = scaled(scale);
+        assert!(tiny < 2 * large, "{scale}: {tiny} bytes, {large} at full size");
+    }
+}
+
 #[test]
 fn huge_and_tiny_coordinates_are_survived() {
     for scale in ["e300", "e-300", "e308", "e-320", "e160", "e-160"] {
