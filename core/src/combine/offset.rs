@@ -10,14 +10,24 @@ use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ErrorBound, ExactMinimum
 pub struct Offset<F> {
     field: F,
     distance: f64,
+    extent: f64,
+}
+
+impl<F: Sdf> Offset<F> {
+    /// `None` unless `distance` is finite.
+    pub fn new(field: F, distance: f64) -> Option<Self> {
+        let extent = extent_at(&field, distance);
+        distance.is_finite().then_some(Self { field, distance, extent })
+    }
+}
+
+/// The longest side of the box around the points of a field with φ ≤ `level`. Where there are none it is that of the field's own box.
+pub(super) fn extent_at<F: Sdf>(field: &F, level: f64) -> f64 {
+    let side = field.bounds(level).longest_side();
+    if side > 0.0 { side } else { field.extent::<f64>() }
 }
 
 impl<F> Offset<F> {
-    /// `None` unless `distance` is finite.
-    pub fn new(field: F, distance: f64) -> Option<Self> {
-        distance.is_finite().then_some(Self { field, distance })
-    }
-
     /// The field that is offset.
     pub fn field(&self) -> &F {
         &self.field
@@ -61,7 +71,7 @@ impl<F: Sdf> Sdf for Offset<F> {
     }
 
     fn extent<R: Real>(&self) -> R {
-        self.field.extent::<R>() + R::from_f64(2.0 * self.distance.max(0.0))
+        R::from_f64(self.extent)
     }
 }
 

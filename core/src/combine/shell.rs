@@ -5,6 +5,7 @@
 
 use nalgebra::Vector3;
 
+use super::offset::extent_at;
 use crate::enclosure::sum;
 use crate::number::interval::Interval;
 use crate::number::{Float, Real};
@@ -18,14 +19,18 @@ use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ErrorBound, Relaxation, 
 pub struct Shell<F> {
     field: F,
     thickness: f64,
+    extent: f64,
+}
+
+impl<F: Sdf> Shell<F> {
+    /// `None` unless `thickness` is finite and positive.
+    pub fn new(field: F, thickness: f64) -> Option<Self> {
+        let extent = extent_at(&field, 0.5 * thickness);
+        (thickness.is_finite() && thickness > 0.0).then_some(Self { field, thickness, extent })
+    }
 }
 
 impl<F> Shell<F> {
-    /// `None` unless `thickness` is finite and positive.
-    pub fn new(field: F, thickness: f64) -> Option<Self> {
-        (thickness.is_finite() && thickness > 0.0).then_some(Self { field, thickness })
-    }
-
     /// The wall's φ and ∇φ from those of the field.
     #[inline]
     fn wall<R: Real>(&self, sample: Sample<R>) -> Sample<R> {
@@ -75,7 +80,7 @@ impl<F: Sdf> Sdf for Shell<F> {
     }
 
     fn extent<R: Real>(&self) -> R {
-        self.field.extent::<R>() + R::from_f64(self.thickness)
+        R::from_f64(self.extent)
     }
 }
 

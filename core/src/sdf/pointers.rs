@@ -11,9 +11,10 @@ use crate::{
     Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ErrorBound, ExactMinimum, Goal, NearParts, PartVisitor, Relaxation,
 };
 
-/// All calls go to the field behind the pointer.
+/// All calls go to the field behind the pointer. The attribute is that of exact minima, whose search takes kilobytes of stack: through a pointer
+/// that owns its field it is a call, so that combinations nested many deep need it once, and not at each level.
 macro_rules! forward {
-    ($pointer:ty => $field:ty $(, $generic:ident)?) => {
+    (#[$inline:meta] $pointer:ty => $field:ty $(, $generic:ident)?) => {
         impl<$($generic: Sdf + ?Sized)?> Sdf for $pointer {
             const IS_SMOOTH_AS_IT_IS: bool = <$field>::IS_SMOOTH_AS_IT_IS;
             #[inline(always)]
@@ -89,7 +90,7 @@ macro_rules! forward {
                 let field: &$field = self;
                 field.error_bound(region)
             }
-            #[inline(always)]
+            #[$inline]
             fn exact_minimum<R: Float, const N: usize>(
                 &self,
                 corners: [Vector3<R>; N],
@@ -126,12 +127,12 @@ macro_rules! forward {
     };
 }
 
-forward!(&F => F, F);
+forward!(#[inline(always)] &F => F, F);
 #[cfg(feature = "alloc")]
-forward!(Box<F> => F, F);
+forward!(#[inline(never)] Box<F> => F, F);
 #[cfg(feature = "alloc")]
-forward!(Arc<F> => F, F);
-forward!(dyn DynSdf + Send + Sync + '_ => dyn DynSdf + '_);
+forward!(#[inline(never)] Arc<F> => F, F);
+forward!(#[inline(always)] dyn DynSdf + Send + Sync + '_ => dyn DynSdf + '_);
 
 #[cfg(all(test, feature = "alloc"))]
 mod tests {

@@ -9,8 +9,8 @@ use sdf_field::core::grid::owned::Layout;
 use sdf_field::core::placed::Similarity;
 use sdf_field::core::shapes::{Cuboid, Sphere, Torus};
 use sdf_field::{
-    BakeError, BakeOptions, CombineError, ContactOptions, ContactRow, Elements, Field, GridSize, MaxError, MeshView,
-    Method, Progress, SignMethod, Threads,
+    BakeError, BakeOptions, CombineError, ContactOptions, ContactRow, Elements, Field, FirstTouchOptions, GridSize,
+    MaxError, MeshPath, MeshView, Method, Progress, SignMethod, Threads,
 };
 use sdf_procedural::random::{Random, test_seed};
 use sdf_procedural::{Mesh, Sheet, SpikedBall};
@@ -96,6 +96,38 @@ fn combinations_that_are_refused_say_why() {
     };
     assert_eq!((depth, error), (64, CombineError::TooDeep));
     assert_eq!(nested.values(&[[10.0, 0.0, 0.0]], Threads::ONE), [1.0]);
+}
+
+/// A level of a nest takes the stack of its own numbers, and not of the search in what it holds: so as many as are allowed fit into the
+/// stack of any thread, also of the debug build that this is as a rule, and in a release into half a megabyte.
+#[test]
+fn fields_nested_as_deep_as_allowed_fit_into_the_stack_of_a_thread() {
+    let turned = Similarity::new([0.01, 0.0, 0.0], [0.0, 0.0, 0.1, 1.0], 1.0).unwrap();
+    type Deeper = fn(&Field) -> Field;
+    let deeper: [(&str, Deeper); 5] = [
+        ("offset", |field| field.offset(0.001).unwrap()),
+        ("shell", |field| field.shell(0.5).unwrap()),
+        ("union", |field| Field::union(&[field.clone(), sphere(0.2)]).unwrap()),
+        ("difference", |field| field.difference(&sphere(0.1)).unwrap()),
+        ("smooth union", |field| field.smooth_union(&sphere(0.2), 0.01).unwrap()),
+    ];
+    for (name, deeper) in deeper {
+        let mut nested = sphere(1.0);
+        for level in 0..62 {
+            nested = if level % 2 == 0 { deeper(&nested) } else { nested.placed(turned).unwrap() };
+        }
+        let ask = move || {
+            let (points, faces) = ([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], [[0, 1, 2]]);
+            let mesh = MeshView { points: &points, faces: &faces };
+            let options = ContactOptions { margin: 10.0, threads: Threads::ONE, ..ContactOptions::default() };
+            let found = nested.contacts(mesh, &options).unwrap();
+            let end = points.map(|point| point.map(|x: f64| x * 0.1));
+            let touches = nested.first_touches(&MeshPath { start: mesh, end: &end }, &FirstTouchOptions::default());
+            (found.contacts.len(), touches.unwrap().element_count)
+        };
+        let thread = std::thread::Builder::new().stack_size(2 << 20).spawn(ask).unwrap();
+        assert_eq!(thread.join().unwrap(), (1, 1), "{name}");
+    }
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Certified search: its gap, its budget, and several minima.
 
 use nalgebra::Vector3;
-use sdf_core::combine::{Difference, Intersection, Union};
+use sdf_core::combine::{Difference, Intersection, Offset, Shell, Union};
 use sdf_core::minimize::{Certified, Minimizer, Minimum, Newton, PointSampling};
 use sdf_core::placed::{Affine, Placed, Stretch};
 use sdf_core::shapes::{Cone, Cuboid, HalfSpace, Sphere, Torus};
@@ -224,6 +224,16 @@ fn a_converged_value_of_a_large_element_is_known_to_a_fraction_of_the_surfaces_b
             converged += u32::from(found.converged);
         }
     };
+    let grown_again = |distance: f64| {
+        let fat = Torus::new(1.0, 0.3).unwrap();
+        Offset::new(Offset::new(fat, -distance).unwrap(), distance).unwrap()
+    };
+    let thin_again = Shell::new(Offset::new(Torus::new(1.0, 0.3).unwrap(), -0.29).unwrap(), 0.02).unwrap();
+    for distance in [0.1, 0.29, 0.299] {
+        check(&grown_again(distance));
+    }
+    check(&Offset::new(Torus::new(1.0, 0.3).unwrap(), -0.29).unwrap());
+    check(&thin_again);
     check(&stretched);
     check(&twice);
     check(&affine);
