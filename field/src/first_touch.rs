@@ -7,8 +7,8 @@ use sdf_core::minimize::{Certified, Minimizer};
 use sdf_core::moving::{MovingSdf, RigidMotion, Travelling};
 use sdf_core::nalgebra::Vector3;
 use sdf_core::placed::{Posed, Rigid};
+use sdf_core::{Aabb, Real, Simplex};
 
-use crate::mesh_in_motion::finite_bounds;
 use crate::mesh_view::check;
 use crate::{Elements, Field, MeshView, QueryError, Threads};
 
@@ -33,7 +33,7 @@ pub struct FirstTouchOptions {
     /// Where it stands at the time 1; in between it moves at constant velocity and spin, by the shorter way around. `None` where it stands still.
     pub end_pose: Option<Rigid>,
     /// A length: φ ≤ thickness + tolerance at the times that are found. `None` stands for 10⁻⁴ of the longest side of the box around
-    /// the mesh at both times.
+    /// the elements at both times.
     pub tolerance: Option<f64>,
     /// Evaluations of the field per element.
     pub budget: u32,
@@ -113,14 +113,15 @@ impl Field {
         if !options.tolerance.is_none_or(is_positive) {
             return Err(QueryError::ToleranceOutOfRange);
         }
-        if !options.thickness.is_finite() {
+        let is_length = options.thickness.abs() <= f64::MAX_COORDINATE;
+        if !is_length {
             return Err(QueryError::ThicknessOutOfRange);
         }
-        let tolerance = options.tolerance.unwrap_or_else(|| default_tolerance(path));
         let search = Search {
             path,
             thickness: options.thickness,
-            search: FirstTouch { tolerance, evaluations: options.budget },
+            tolerance: options.tolerance,
+            budget: options.budget,
             threads: options.threads,
             cancel,
         };
@@ -136,14 +137,21 @@ impl Field {
     }
 }
 
-fn default_tolerance(path: &MeshPath) -> f64 {
-    TOLERANCE * finite_bounds(path.start.points).union(&finite_bounds(path.end)).longest_side()
+/// Fraction of the box around the vertices that elements name and that can touch.
+fn default_tolerance<const N: usize>(path: &MeshPath, elements: &[[u32; N]]) -> f64 {
+    let points = elements
+        .iter()
+        .flatten()
+        .flat_map(|vertex| [path.start.points, path.end].map(|points| points[*vertex as usize]));
+    let can_touch = |point: &[f64; 3]| Simplex { corners: [Vector3::from(*point)] }.is_representable();
+    Aabb::from_points(points.filter(can_touch)).map_or(0.0, |bounds| TOLERANCE * bounds.longest_side())
 }
 
 struct Search<'a> {
     path: &'a MeshPath<'a>,
     thickness: f64,
-    search: FirstTouch,
+    tolerance: Option<f64>,
+    budget: u32,
     threads: Threads,
     cancel: &'a AtomicBool,
 }
@@ -164,10 +172,12 @@ impl Search<'_> {
         elements: &[[u32; N]],
     ) -> Result<FirstTouches, QueryError> {
         check(self.path.end, elements).map_err(QueryError::VertexOutOfRange)?;
+        let tolerance = self.tolerance.unwrap_or_else(|| default_tolerance(self.path, elements));
+        let search = FirstTouch { tolerance, evaluations: self.budget };
         let chunks = self.threads.map_chunks(elements, CHUNK, |first, chunk: &[[u32; N]]| {
             let mut found = FirstTouches::default();
             let left = (first..).zip(chunk).take_while(|_| !self.cancel.load(Ordering::Relaxed));
-            left.for_each(|(id, vertices)| found.add(self.touch(field, id as u32, *vertices)));
+            left.for_each(|(id, vertices)| found.add(self.touch(&search, field, id as u32, *vertices)));
             found
         });
         if self.cancel.load(Ordering::Relaxed) {
@@ -182,16 +192,24 @@ impl Search<'_> {
         Ok(all)
     }
 
-    fn touch<M: MovingSdf, const N: usize>(&self, field: &M, id: u32, vertices: [u32; N]) -> Outcome {
+    fn touch<M: MovingSdf, const N: usize>(
+        &self,
+        search: &FirstTouch,
+        field: &M,
+        id: u32,
+        vertices: [u32; N],
+    ) -> Outcome {
         let corner = |points: &[[f64; 3]], vertex: u32| Vector3::from(points[vertex as usize]);
         let path = vertices.map(|vertex| [corner(self.path.start.points, vertex), corner(self.path.end, vertex)]);
         let moving = MovingElement { id, vertices, path };
-        let (time, minimum, is_open) = match self.search.first_touch(field, self.thickness, &moving) {
+        let (time, minimum, is_open) = match search.first_touch(field, self.thickness, &moving) {
             Touch::NotFinite => return Outcome::NotFinite,
             Touch::Never => return Outcome::Never,
             Touch::At { time, minimum } => (time, minimum, false),
             Touch::BudgetSpent { time } => {
-                (time, Certified::default().minimize(&field.at(time), &moving.at(time).simplex), true)
+                let evaluations = Certified::default().evaluations.min(self.budget);
+                let lowest = Certified { evaluations, ..Certified::default() };
+                (time, lowest.minimize(&field.at(time), &moving.at(time).simplex), true)
             }
         };
         match contact_at(&field.at(time), &moving.at(time), &minimum, f64::NEG_INFINITY) {

@@ -107,16 +107,17 @@ impl FirstTouch {
         if is_representable != [true; 2] || !thickness.is_representable() {
             return Touch::NotFinite;
         }
+        let farthest = R::from_f64(path.iter().flatten().map(Vector3::amax).fold(0.0, f64::max));
         let (mut time, mut evaluations) = (0.0, 0_u32);
         while evaluations < self.evaluations {
             let now = field.at(time);
             let approach = field.approach_bound(&path, time, 1.0);
-            // No point whose value is above this now can touch.
-            let reach = thickness + R::from_f64(product(1.0 - time, approach));
             let simplex = element.at(time).simplex;
+            let slack = self.slack(&now, thickness, &simplex, farthest);
+            // No point whose value is above this now can touch.
+            let reach = thickness + slack + R::from_f64(product(1.0 - time, approach));
             let region = swept_bounds(&path, time, 1.0);
             let fall = product(1.0 - time, field.fall_bound(&region, time, 1.0));
-            let slack = self.slack(&now, thickness, &simplex);
             if thickness + slack < R::from_f64(now.enclose_box(&region).range.lower - fall) {
                 return Touch::Never;
             }
@@ -145,10 +146,17 @@ impl FirstTouch {
         Touch::BudgetSpent { time }
     }
 
-    /// Rounding of values near the thickness on the simplex, and of the place of its corners.
-    fn slack<R: Float, F: EnclosedSdf, const N: usize>(&self, field: &F, thickness: R, simplex: &Simplex<R, N>) -> R {
+    /// Rounding of values near the thickness on the simplex, and of the place of its corners, which is that of the `farthest` coordinate on
+    /// their way.
+    fn slack<R: Float, F: EnclosedSdf, const N: usize>(
+        &self,
+        field: &F,
+        thickness: R,
+        simplex: &Simplex<R, N>,
+        farthest: R,
+    ) -> R {
         let centroid = simplex.centroid();
-        let radius = simplex.max_distance_from(centroid);
+        let radius = Real::max(simplex.max_distance_from(centroid), farthest);
         rounding(FieldScale::new(field), centroid, radius, thickness) * R::from_f64(2.0 * NESTED_FIELDS)
     }
 

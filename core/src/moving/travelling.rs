@@ -81,10 +81,9 @@ impl RigidMotion {
         for corner in 0..8_u32 {
             let pick = |axis: usize| if corner >> axis & 1 == 0 { region.min[axis] } else { region.max[axis] };
             let point = Vector3::new(pick(0), pick(1), pick(2));
-            for time in [from, until] {
-                let here = norm(self.velocity_at(point, time));
-                speed = if here.is_nan() { f64::INFINITY } else { speed.max(here) };
-            }
+            speed = [from, until]
+                .into_iter()
+                .fold(speed, |speed, time| fastest(speed, norm(self.velocity_at(point, time))));
         }
         speed
     }
@@ -145,7 +144,7 @@ impl<M: MovingSdf> MovingSdf for Travelling<M> {
     fn approach_bound(&self, path: &[[Vector3<f64>; 2]], from: f64, until: f64) -> f64 {
         let relative_speed = path.iter().fold(0.0_f64, |speed, corner| {
             let at = |time: f64| norm(corner[1] - corner[0] - self.motion.velocity_at(position(corner, time), time));
-            speed.max(at(from)).max(at(until))
+            [at(from), at(until)].into_iter().fold(speed, fastest)
         });
         let region = self.motion.pull_bounds(&swept_bounds(path, from, until), from, until);
         let slope_bound = self.field.slope_bound_in(&region, from, until);
@@ -158,4 +157,9 @@ impl<M: MovingSdf> MovingSdf for Travelling<M> {
         let own = self.field.surface_velocity(pulled.point, time);
         self.motion.velocity_at(point, time) + pulled.jacobian.tr_mul(&own)
     }
+}
+
+/// The larger of two speeds; infinite if the second is NaN.
+fn fastest(speed: f64, other: f64) -> f64 {
+    if other.is_nan() { f64::INFINITY } else { speed.max(other) }
 }

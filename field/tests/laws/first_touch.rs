@@ -8,7 +8,7 @@ use sdf_core::grid::owned::Layout;
 use sdf_core::moving::{MovingSdf, RigidMotion, Travelling};
 use sdf_core::nalgebra::Vector3;
 use sdf_core::placed::{Placement, Rigid, Similarity};
-use sdf_core::shapes::Torus;
+use sdf_core::shapes::{Sphere, Torus};
 use sdf_field::core as sdf_core;
 use sdf_field::{
     BakeOptions, ContactOptions, Elements, Field, FirstTouchOptions, GridSize, MeshPath, MeshView, QueryError, Threads,
@@ -207,6 +207,41 @@ fn first_touches_without_a_budget_say_up_to_when_nothing_touches() {
     let exact = field.first_touches(&path, &FirstTouchOptions::default()).unwrap();
     assert_eq!(exact.undecided_count, 0);
     assert!(touch.time < exact.touches[0].time && touch.contact.distance > 0.0, "{touch:?}");
+}
+
+/// The default tolerance is one of the elements: a vertex that none names, or that no search can reach, counts for nothing.
+#[test]
+fn a_stray_vertex_makes_no_touch() {
+    let field = Field::new(Torus::new(0.5, 0.2).unwrap());
+    let face = [[20.0, 0.0, 0.0], [21.0, 0.0, 0.0], [20.0, 1.0, 0.0]];
+    for stray in [1e6, 1e29, 1e200, f64::MAX, f64::INFINITY, f64::NAN] {
+        let points = [face[0], face[1], face[2], [stray, 0.0, 0.0], [-stray, 0.0, 0.0]];
+        let path = MeshPath { start: MeshView { points: &points, faces: &[[0, 1, 2]] }, end: &points };
+        let found = field.first_touches(&path, &FirstTouchOptions::default()).unwrap();
+        assert_eq!((found.touches.len(), found.undecided_count), (0, 0), "{stray}");
+    }
+}
+
+/// Positions on a long way are rounded as its ends are, also where they come near the origin.
+#[test]
+fn a_vertex_that_passes_through_less_than_its_rounding_touches() {
+    let seed = test_seed(2711);
+    let mut random = Random::new(seed);
+    for far in [1.0, 1e3, 1e9] {
+        let field = Field::new(Sphere::new(0.2 * far * 2.0_f64.powi(-53)).unwrap());
+        let mut ends = |side: f64| -> Vec<[f64; 3]> {
+            (0..400).map(|_| [side * far * random.between(1.0, 1.3), 0.0, 0.0]).collect()
+        };
+        let (start, end) = (ends(1.0), ends(-1.0));
+        let path = MeshPath { start: MeshView { points: &start, faces: &[] }, end: &end };
+        let options = FirstTouchOptions {
+            elements: Elements::Vertices,
+            tolerance: Some(1e-20 * far),
+            ..FirstTouchOptions::default()
+        };
+        let found = field.first_touches(&path, &options).unwrap();
+        assert_eq!(found.touches.len(), 400, "{far}, seed {seed}");
+    }
 }
 
 #[test]
