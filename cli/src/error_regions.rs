@@ -3,14 +3,14 @@ use serde_json::json;
 
 use crate::report::number;
 
-/// Exception from every bound of an open mesh's grid: away from its triangles, the sign may change and change back between the nodes.
-pub const UNSEEN: &str = "except where the sign changes unseen within a cell";
+/// The distance that the error of an open mesh's grid is about: between nodes, where its inside ends is a matter of definition.
+pub const SIGN_OF_CELLS: &str = "with the sign of a cell's corners where they agree";
 
 /// The share of cells with the error of a closed mesh, and where the others are.
 pub fn row(found: &ErrorRegions) -> String {
     let share = found.cells_within as f64 / found.cells.max(1) as f64;
     let bound = number(found.error_bound);
-    let within = format!("{:.2} % of {} cells are within {bound}, {UNSEEN}", 100.0 * share, found.cells);
+    let within = format!("{:.2} % of {} cells are within {bound}", 100.0 * share, found.cells);
     let Some(largest) = found.regions.first() else { return within };
     let corner = |corner: [f64; 3]| corner.map(number).join(", ");
     let (from, to, cells) = (corner(largest.bounds.min), corner(largest.bounds.max), largest.cells);

@@ -19,7 +19,7 @@ pub fn main() -> Result<(), Box<dyn std::error::Error>> {
     let field = baked.field;
     let info = field.info().ok_or("a baked field has its GridInfo")?;
     println!("inside and outside by: {}, {}", info.sign_method.name(), info.sign_reason);
-    println!("certified error:       {:.5} (proven: {})", info.error_bound, baked.is_proven);
+    println!("certified error:       {:.5}", info.error_bound);
 
     // Negative inside, in the mesh's unit. This shape has a closed form to compare with.
     let exact = Octahedron::new(1.0).ok_or("a length")?;

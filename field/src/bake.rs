@@ -47,8 +47,9 @@ pub struct Baked {
     pub mesh: MeshReport,
     /// Holes, shells, and worse.
     pub topology: Topology,
-    /// Is the error bound proven? Not where the sign may change away from triangles, as at the holes of an open mesh.
-    pub is_proven: bool,
+    /// Does the sign change at triangles alone? Not so at the holes of an open mesh: the error there is that of a distance with the sign of a
+    /// cell's corners where they agree.
+    pub is_sign_continuous: bool,
     /// Is a node inside? A solid thinner than a voxel may have none: then its grid has no surface.
     pub has_inside: bool,
     /// The error by region, where the sign may change away from triangles.
@@ -58,7 +59,7 @@ pub struct Baked {
 impl Baked {
     /// The side of a voxel, where the mesh is closed and no node is inside of its solid: contacts with it are not found. `None` of others.
     pub fn thin_voxel(&self) -> Option<f64> {
-        inside::thin_voxel(self.is_proven, self.has_inside, self.field.grid()?.lattice())
+        inside::thin_voxel(self.is_sign_continuous, self.has_inside, self.field.grid()?.lattice())
     }
 }
 
@@ -172,16 +173,16 @@ fn require_samples(lattice: &Lattice) -> Result<(), BakeError> {
 fn finished(mesh: &TriangleMesh, distance: &MeshDistance, options: &BakeOptions, (baked, band): GridAndBand) -> Baked {
     let regions = distance.error_regions(&baked);
     let BakedGrid { grid, error_bound, .. } = baked;
-    let (has_inside, is_proven) = (inside::has_inside(&grid), distance.is_continuous());
+    let (has_inside, is_sign_continuous) = (inside::has_inside(&grid), distance.is_continuous());
     let info = grid_info(mesh, distance, options, &grid.lattice().bounds(), error_bound, band);
     let sign_reason = info.sign_reason + at_box(grid.inside_reaches_box());
     let info = GridInfo { sign_reason, error_regions: regions.clone(), ..info };
     let mut field = Field::from_grid(grid, info);
     if options.keep_mesh {
         let (points, faces) = mesh.packed();
-        field = field.with_mesh(KeptMesh::new(points, faces, is_proven));
+        field = field.with_mesh(KeptMesh::new(points, faces, is_sign_continuous));
     }
-    Baked { field, mesh: mesh.report(), topology: *distance.topology(), is_proven, has_inside, regions }
+    Baked { field, mesh: mesh.report(), topology: *distance.topology(), is_sign_continuous, has_inside, regions }
 }
 
 fn grid_info(

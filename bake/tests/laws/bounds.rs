@@ -1,7 +1,7 @@
 //! Bounds that a dense grid states of itself: slope and error.
 
 use sdf_bake::{MeshDistance, dense};
-use sdf_core::grid::{Dense, Grid, Lattice, Precision};
+use sdf_core::grid::{Dense, Grid, Lattice, Precision, Storage};
 use sdf_core::nalgebra::Vector3;
 use sdf_core::{Aabb, Sdf};
 
@@ -95,8 +95,7 @@ fn the_interpolant_of_a_closed_mesh_is_off_by_no_more_than_its_error_bound() {
     for (name, mesh) in closed_meshes(&mut random) {
         for cells in [3, 8, 20] {
             let baked = Baked::from_mesh(&mesh, None, cells);
-            let (worst, unseen) = worst_error(name, &mesh, &baked, &mut random);
-            assert_eq!(unseen, 0, "{name}");
+            let worst = worst_error(name, &mesh, &baked, &mut random);
             // Along each axis a distance has slope one at most.
             assert!(baked.grid.slope_bound <= 1.000_01 * 3.0_f64.sqrt(), "{name}: {}", baked.grid.slope_bound);
             let half_diagonal = 0.75_f64.sqrt() * baked.lattice.spacing();
@@ -106,43 +105,44 @@ fn the_interpolant_of_a_closed_mesh_is_off_by_no_more_than_its_error_bound() {
     }
 }
 
-/// Where the surface that closes a hole cuts no edge of a cell, the grid cannot detect it.
 #[test]
-fn the_interpolant_of_an_open_mesh_is_off_by_no_more_than_its_error_bound_except_in_cells_without_a_change_of_sign() {
+fn the_interpolant_of_an_open_mesh_is_off_by_no_more_than_its_error_bound() {
     let mut random = Random::from_env();
     for (name, mesh) in open_meshes(&mut random) {
         for cells in [3, 8, 20] {
             let baked = Baked::from_mesh(&mesh, None, cells);
-            let (worst, unseen) = worst_error(name, &mesh, &baked, &mut random);
-            println!("{name}: {:.2} of the bound, {unseen} unseen", worst / baked.grid.error_bound);
-            assert!(unseen <= 30, "{name}: {unseen} of 3000 points");
+            let worst = worst_error(name, &mesh, &baked, &mut random);
+            println!("{name}: {:.2} of the bound", worst / baked.grid.error_bound);
         }
     }
 }
 
-/// Largest error at random points, and the number of points with another sign than all corners of their cell.
-fn worst_error(name: &str, mesh: &Mesh, baked: &Baked, random: &mut Random) -> (f64, usize) {
+/// Largest error at random points. Between corners of one sign, points of an open mesh have that sign.
+fn worst_error(name: &str, mesh: &Mesh, baked: &Baked, random: &mut Random) -> f64 {
     let storage = Dense::new(&baked.lattice, &baked.grid.distances).unwrap();
     let field = Grid::new(baked.lattice, storage, baked.grid.slope_bound).unwrap();
     let corners = mesh.corners();
     let bounds = baked.lattice.bounds();
     let rounding = F64_ROUNDING * largest_coordinate(&bounds);
+    let is_continuous = MeshDistance::new(&mesh.baked(), None).is_continuous();
     let coded = [Precision::U16, Precision::U8].map(|to| baked.grid.clone().into_grid_as(&baked.lattice, to));
     for coded in &coded {
         // A distance changes by 7 √3 spacings in a block, which the sign of an open mesh doubles at most.
         let most = 7.0 * 3.0_f64.sqrt() * baked.lattice.spacing() / 254.0;
         assert!(coded.error_bound <= baked.grid.error_bound * 1.01 + most, "{name}: {}", coded.error_bound);
     }
-    let (mut worst, mut unseen) = (0.0_f64, 0);
+    let mut worst = 0.0_f64;
     for _ in 0..3000 {
         let point = random.point_in_box(bounds.min, bounds.max);
         let exact = oracle::signed_distance(&corners, point);
+        let of_cell = oracle::with_sign_of_cell(exact, storage.corners(oracle::cell_of(&baked.lattice, point)));
+        let is_in_pocket = !is_continuous && of_cell != exact;
+        // Not proven: docs/error-bounds.md has what is known of pockets without a node.
+        let depth = exact.abs() / baked.lattice.spacing();
+        assert!(!is_in_pocket || depth < 3.0_f64.sqrt(), "{name}: a pocket {depth} voxels deep at {point:?}");
+        let exact = if is_in_pocket { of_cell } else { exact };
         let error = (field.value(point) - exact).abs();
         let bound = baked.grid.error_bound + rounding;
-        if error > bound && sign_of_cell(baked, point).is_some_and(|sign| sign != exact.signum()) {
-            unseen += 1;
-            continue;
-        }
         assert!(error <= bound, "{name}: {error} > {bound} at {point:?}");
         for coded in &coded {
             let (error, bound) = ((coded.grid.value(point) - exact).abs(), coded.error_bound + rounding);
@@ -150,20 +150,7 @@ fn worst_error(name: &str, mesh: &Mesh, baked: &Baked, random: &mut Random) -> (
         }
         worst = worst.max(error);
     }
-    (worst, unseen)
-}
-
-/// Sign of all corners of the cell around a point. `None` if they differ.
-fn sign_of_cell(baked: &Baked, point: Vector3<f64>) -> Option<f64> {
-    let steps = (point - Vector3::from(baked.lattice.origin())) / baked.lattice.spacing();
-    let signs: Vec<f64> = (0..8)
-        .map(|corner| {
-            let node =
-                [0, 1, 2].map(|axis| (steps[axis] as u32 + (corner >> axis & 1)).min(baked.lattice.cells()[axis]));
-            f64::from(baked.grid.distances[baked.lattice.index(node)].signum())
-        })
-        .collect();
-    signs.iter().all(|sign| *sign == signs[0]).then_some(signs[0])
+    worst
 }
 
 /// With pseudo-normals the sign jumps between the shells, where the inner shell is nearer and reports outside.

@@ -56,6 +56,22 @@ pub fn signed_distance(mesh: &[[Vector3<f64>; 3]], point: Vector3<f64>) -> f64 {
     if winding_number(mesh, point).abs() >= 0.5 { -distance } else { distance }
 }
 
+/// A signed distance at a point of a cell, with the sign of the cell's corners if they agree: the distance that the error of an open mesh's
+/// grid is about.
+pub fn with_sign_of_cell(distance: f64, corners: [f32; 8]) -> f64 {
+    match corners.iter().filter(|corner| **corner < 0.0).count() {
+        0 => distance.abs(),
+        8 => -distance.abs(),
+        _ => distance,
+    }
+}
+
+/// The cell that holds a point.
+pub fn cell_of(lattice: &sdf_core::grid::Lattice, point: Vector3<f64>) -> [u32; 3] {
+    let steps = (point - Vector3::from(lattice.origin())) / lattice.spacing();
+    std::array::from_fn(|axis| (steps[axis] as u32).min(lattice.cells()[axis] - 1))
+}
+
 /// Diagonal of the mesh's bounding box.
 pub fn diagonal(mesh: &Mesh) -> f64 {
     mesh.baked().bounds().diagonal()

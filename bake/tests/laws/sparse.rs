@@ -64,11 +64,6 @@ fn nodes_of(cell: [u32; 3]) -> [[u32; 3]; 8] {
     std::array::from_fn(|corner| std::array::from_fn(|axis| cell[axis] + (corner as u32 >> axis & 1)))
 }
 
-fn cell_at(lattice: &Lattice, point: Vector3<f64>) -> [u32; 3] {
-    let steps = (point - Vector3::from(lattice.origin())) / lattice.spacing();
-    std::array::from_fn(|axis| (steps[axis] as u32).min(lattice.cells()[axis] - 1))
-}
-
 /// The baker's promise of exactness: bricks are measured in f32 around their middles.
 fn rounding(lattice: &Lattice) -> f32 {
     (1e-6 * lattice.bounds().diagonal()) as f32
@@ -105,7 +100,7 @@ fn within_the_band_it_has_the_dense_grids_samples_and_signs() {
                 continue;
             }
             count += 1;
-            let cell = cell_at(&dense.lattice, point);
+            let cell = oracle::cell_of(&dense.lattice, point);
             for node in nodes_of(cell) {
                 let [row, rows, _] = brick_counts(&dense.lattice).map(|n| n as usize);
                 let [x, y, z] = node.map(|n| (n / BRICK) as usize);

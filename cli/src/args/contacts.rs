@@ -47,7 +47,8 @@ pub struct ContactsArgs {
     #[arg(long)]
     pub all_minima: bool,
     /// Leave out no element that comes within --margin of the mesh that the grid was baked from. What the grid's error leaves open
-    /// is reported with the status `possible`. Of an open mesh, what a change of sign between nodes makes may be left out.
+    /// is reported with the status `possible`. Of an open mesh, points inside by their winding number alone, with no node
+    /// inside around them, count as outside.
     #[arg(long)]
     pub complete: bool,
     /// Measure by the triangles of the mesh that the grid was baked from: distances, normals and surface points are the mesh's own, and

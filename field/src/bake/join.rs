@@ -95,8 +95,7 @@ where
     };
     part::write_joined(path, &parts, samples, &|brick| sources.place(brick), &about, mesh.as_ref())?;
     let info = info_from(about, Some(band));
-    let is_proven = is_sign_continuous;
-    Ok(GridOnDisk { lattice, info, precision, slope_bound, slots, errors, is_proven, has_inside })
+    Ok(GridOnDisk { lattice, info, precision, slope_bound, slots, errors, is_sign_continuous, has_inside })
 }
 
 fn baked_part(lattice: &Lattice, tables: PartTables) -> Result<(BakedPart, CoarseMap), GridFault> {

@@ -29,8 +29,9 @@ pub struct GridOnDisk {
     pub slots: Vec<[u32; 3]>,
     /// Error bound of each brick.
     pub errors: Vec<f32>,
-    /// Is the error bound proven? Not where the sign may change away from triangles, as at the holes of an open mesh.
-    pub is_proven: bool,
+    /// Does the sign change at triangles alone? Not so at the holes of an open mesh: the error there is that of a distance with the sign of a
+    /// cell's corners where they agree.
+    pub is_sign_continuous: bool,
     /// Is a node inside? As [`Baked::has_inside`](super::Baked::has_inside); `true` of a part, which does not tell.
     pub has_inside: bool,
 }
@@ -38,7 +39,7 @@ pub struct GridOnDisk {
 impl GridOnDisk {
     /// As [`Baked::thin_voxel`](super::Baked::thin_voxel).
     pub fn thin_voxel(&self) -> Option<f64> {
-        inside::thin_voxel(self.is_proven, self.has_inside, &self.lattice)
+        inside::thin_voxel(self.is_sign_continuous, self.has_inside, &self.lattice)
     }
 }
 

@@ -215,8 +215,8 @@ impl Part<'_> {
             slots.clone_from(&tables.slots);
             Ok::<_, Failure>(tables)
         })?;
-        let (errors, is_proven, has_inside) = (vec![], is_sign_continuous, true);
-        Ok(GridOnDisk { lattice, info, precision, slope_bound: 0.0, slots, errors, is_proven, has_inside })
+        let (errors, has_inside) = (vec![], true);
+        Ok(GridOnDisk { lattice, info, precision, slope_bound: 0.0, slots, errors, is_sign_continuous, has_inside })
     }
 }
 

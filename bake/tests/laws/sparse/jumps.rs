@@ -3,12 +3,12 @@
 use sdf_bake::MeshDistance;
 use sdf_bake::sparse::{self, Quantize, SparseGrid};
 use sdf_core::grid::sparse::{BRICK, DEEP_ERROR, Sparse};
-use sdf_core::grid::{Grid, Lattice, Storage};
-use sdf_core::nalgebra::Vector3;
+use sdf_core::grid::{Grid, Storage};
 use sdf_core::{Aabb, EnclosedSdf, Sdf};
 
 use super::{BAND, open_meshes};
 use crate::meshes::{self, Mesh};
+use crate::oracle;
 use crate::random::Random;
 
 /// Counts of random points.
@@ -16,8 +16,8 @@ use crate::random::Random;
 struct Found {
     /// Number of those whose sign is wrong, more than half of the band away from the surface.
     at_jumps: usize,
-    /// Number of those with another sign than all corners of their cell, in slots with bricks and without.
-    unseen: [usize; 2],
+    /// Number of those with another sign than all corners of their cell by their winding number, in slots with bricks and without.
+    in_pockets: [usize; 2],
 }
 
 fn check<C: Quantize>(name: &str, mesh: &Mesh, cells: u32, random: &mut Random) -> Found {
@@ -33,13 +33,12 @@ fn check<C: Quantize>(name: &str, mesh: &Mesh, cells: u32, random: &mut Random) 
     let mut found = Found::default();
     for _ in 0..20_000 {
         let point = random.point_in_box(lattice.bounds().min, lattice.bounds().max);
-        let exact = distance.signed_distance(point.into());
+        let by_winding = distance.signed_distance(point.into());
         let value = field.value(point);
-        let cell = cell_of(&lattice, point);
-        if storage.corners(cell).iter().all(|corner| (*corner < 0.0) != (exact < 0.0)) {
-            found.unseen[usize::from(storage.brick_at(cell.map(|index| index / BRICK)).is_none())] += 1;
-            continue;
-        }
+        let cell = oracle::cell_of(&lattice, point);
+        let exact = oracle::with_sign_of_cell(by_winding, storage.corners(cell));
+        let has_no_brick = storage.brick_at(cell.map(|index| index / BRICK)).is_none();
+        found.in_pockets[usize::from(has_no_brick)] += usize::from(exact != by_winding);
         let bound = field.error_bound(&Aabb { min: point.into(), max: point.into() });
         let context = || format!("{name} of {cells} cells: {value} for {exact} at {point:?}: {bound:?}");
         assert!(value - exact <= bound.above && exact - value <= bound.below, "{}", context());
@@ -49,11 +48,6 @@ fn check<C: Quantize>(name: &str, mesh: &Mesh, cells: u32, random: &mut Random) 
         found.at_jumps += usize::from((value < 0.0) != (exact < 0.0) && exact.abs() > 0.5 * band);
     }
     found
-}
-
-fn cell_of(lattice: &Lattice, point: Vector3<f64>) -> [u32; 3] {
-    let steps = (point - Vector3::from(lattice.origin())) / lattice.spacing();
-    std::array::from_fn(|axis| (steps[axis] as u32).min(lattice.cells()[axis] - 1))
 }
 
 #[test]

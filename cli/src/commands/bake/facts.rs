@@ -10,6 +10,7 @@ use sdf_field::{Baked, BakedFile, ErrorRegions, GridInfo, MeshReport, Topology};
 use serde_json::json;
 
 use crate::args::BakeArgs;
+use crate::error_regions::SIGN_OF_CELLS;
 use crate::mesh_input::MeshFacts;
 use crate::report::{counted, counts, number, seconds};
 use crate::{error_regions, memory};
@@ -26,7 +27,7 @@ pub struct GridFacts<'a> {
     slope_bound: f64,
     mesh: &'a MeshReport,
     topology: &'a Topology,
-    is_proven: bool,
+    is_sign_continuous: bool,
     thin_voxel: Option<f64>,
     /// Regions of the error of an open mesh.
     regions: Option<&'a ErrorRegions>,
@@ -47,7 +48,7 @@ impl<'a> GridFacts<'a> {
             slope_bound: baked.field.slope_bound(),
             mesh: &baked.mesh,
             topology: &baked.topology,
-            is_proven: baked.is_proven,
+            is_sign_continuous: baked.is_sign_continuous,
             thin_voxel: baked.thin_voxel(),
             regions: baked.regions.as_ref(),
         })
@@ -63,7 +64,7 @@ impl<'a> GridFacts<'a> {
             slope_bound: grid.slope_bound,
             mesh,
             topology,
-            is_proven: grid.is_proven,
+            is_sign_continuous: grid.is_sign_continuous,
             thin_voxel: grid.thin_voxel(),
             regions: grid.info.error_regions.as_ref(),
         }
@@ -90,7 +91,7 @@ pub fn rows(args: &BakeArgs, facts: &GridFacts, input: &MeshFacts, times: [f64; 
     let GridFacts { lattice, info, .. } = facts;
     let median =
         median_error(facts.errors).map_or(String::new(), |error| format!(", {} in half of the bricks", number(error)));
-    let proof = if facts.is_proven { "proven".to_owned() } else { format!("proven {}", error_regions::UNSEEN) };
+    let proof = if facts.is_sign_continuous { "proven".to_owned() } else { format!("proven {SIGN_OF_CELLS}") };
     let [read, bake, write] = times.map(seconds);
     let mut rows = vec![
         ("mesh", mesh_row(args, input, facts.mesh)),

@@ -29,7 +29,8 @@ pub fn faults(findings: &Findings) -> Vec<String> {
         faults.push(wrong_signs(points.wrong_signs, "point", ""));
     }
     if let Some(count) = findings.beyond_their_brick.filter(|count| *count > 0) {
-        faults.push(format!("{} {} wrong by more than their brick certifies", counted(count, "point"), are(count)));
+        let bricks = if count == 1 { "its brick certifies" } else { "their bricks certify" };
+        faults.push(format!("{} {} wrong by more than {bricks}", counted(count, "point"), are(count)));
     }
     if let Some(far) = &findings.far {
         if far.over_outside > bound {

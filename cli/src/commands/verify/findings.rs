@@ -129,6 +129,12 @@ impl Findings {
         let (bounds, spacing) = (lattice.bounds(), lattice.spacing());
         let box_point = |seed: u64| move |index: u64| point_in_box(seed, index, &bounds);
         let far_values = band.map(|band| FarValues::new(grid, band, truth));
+        let with_signs_of_cells = |mut samples: Vec<PointSample>| {
+            if !truth.is_continuous() {
+                samples.iter_mut().for_each(|sample| sample.take_sign_of_cell(grid));
+            }
+            samples
+        };
         let (samples, far, missing, beyond) = match far_values {
             Some(values) => {
                 let band = values.band;
@@ -140,10 +146,11 @@ impl Findings {
                     std::array::from_fn(|axis| point[axis] + band * offset[axis])
                 };
                 let is_inside = |point: [f64; 3]| bounds.encloses(&Aabb { min: point, max: point });
-                let mut samples = sample(args, grid, truth, near);
+                let mut samples = with_signs_of_cells(sample(args, grid, truth, near));
                 samples.retain(|sample| sample.truth.abs() <= band && is_inside(sample.point));
                 let mut far = sample(args, grid, truth, box_point(args.seed));
                 far.extend(sample_all(grid, truth, &coarse_points(args, grid)));
+                let mut far = with_signs_of_cells(far);
                 far.retain(|sample| sample.truth.abs() > band);
                 let own_brick = |point: [f64; 3]| grid.storage().brick_at(cell_at(lattice, point).map(|n| n / BRICK));
                 let is_beyond = |sample: &&PointSample| {
@@ -162,7 +169,7 @@ impl Findings {
                 (samples, Some(far), Some(missing + missing_near), Some(beyond))
             }
             None => {
-                let mut samples = sample(args, grid, truth, box_point(!args.seed));
+                let mut samples = with_signs_of_cells(sample(args, grid, truth, box_point(!args.seed)));
                 // A dense blob that was sampled from a sparse grid has a band, too.
                 samples.retain(|sample| sample.truth.abs() <= grid.band());
                 (samples, None, None, None)

@@ -38,6 +38,18 @@ impl PointSample {
         (self.value - self.truth).abs()
     }
 
+    /// The sign of the corners of the point's cell, if all have one, in place of the winding number's: between them the error of an open
+    /// mesh's grid is that of a distance with their sign (docs/error-bounds.md).
+    pub fn take_sign_of_cell(&mut self, grid: &OwnedGrid) {
+        let corners = grid.storage().corners(cell_at(grid.lattice(), self.point));
+        let inside_count = corners.iter().filter(|corner| **corner < 0.0).count();
+        self.truth = match inside_count {
+            0 => self.truth.abs(),
+            8 => -self.truth.abs(),
+            _ => self.truth,
+        };
+    }
+
     pub fn has_wrong_sign(&self, tolerance: f64) -> bool {
         (self.value < 0.0) != (self.truth < 0.0) && self.truth.abs() > tolerance
     }
