@@ -2,6 +2,7 @@
 
 mod rigid;
 
+use sdf_core::Aabb;
 use sdf_core::contact::{Contact, Feature, FeatureOwners, Reduction, Row, one_per_feature};
 use sdf_core::nalgebra::Isometry3;
 use sdf_field::{ContactOptions, Field, MeshInMotion, MeshView, Method, QueryError, Threads};
@@ -240,7 +241,7 @@ impl Query {
         }
         guide(&mut found);
         if let Some(count) = self.reduce.filter(|_| is_rigid) {
-            self.keep_few(count, motion.reach(surface.max_speed(world)), &mut found, contacts);
+            self.keep_few(count, reach_of_contacts(&found, surface, world, motion), &mut found, contacts);
         }
         let is_sheet = !surface.faces.is_empty() && !is_rigid;
         let normals = is_sheet.then(|| SheetNormals::new(surface, &points));
@@ -372,4 +373,17 @@ impl Query {
     fn options(&self, elements: sdf_field::Elements, margin: f64) -> ContactOptions {
         ContactOptions { elements, method: self.method, margin, threads: self.threads, ..ContactOptions::default() }
     }
+}
+
+/// How far a rigid body moves until contacts are found again, as [`Reduction::movement`] has it: about the box around them, which may lie
+/// beside the body's center.
+fn reach_of_contacts(found: &[Contact<f64>], surface: &Surface, world: &World, motion: &Motion) -> f64 {
+    let bounds = Aabb::from_points(found.iter().map(|contact| contact.point.into()));
+    let (&Carrier::Body { id, .. }, Some(bounds)) = (&surface.carrier, bounds) else {
+        return motion.reach(surface.max_speed(world));
+    };
+    let body = &world.bodies[id as usize];
+    let center = (V3::from(bounds.min) + V3::from(bounds.max)) * 0.5;
+    let arm = (center - body.position).norm() + 0.5 * bounds.diagonal();
+    motion.reach(body.velocity.norm() + body.angular_velocity().norm() * arm)
 }

@@ -59,7 +59,7 @@ struct Known<const N: usize> {
     /// The corners in the surface's own frame, and where they were in the field's.
     rest: [V3; N],
     corners: [V3; N],
-    /// φ was at least this on all of it.
+    /// Lower bound of φ on all of it, as the search found: see [`memory`](crate::memory).
     lower_bound: f64,
     has_contact: bool,
 }

@@ -8,6 +8,9 @@ const MAX_POINTS: usize = 10_000_000;
 /// Most triangles and lines of all meshes that move.
 const MAX_ELEMENTS: usize = 20_000_000;
 
+/// Most bodies: each may meet every other.
+const MAX_BODIES: usize = 10_000;
+
 /// Most cubes in the boxes around all soft bodies.
 const MAX_CUBES: f64 = 1e6;
 
@@ -16,6 +19,7 @@ const MAX_CUBES: f64 = 1e6;
 pub(super) struct Budget {
     points: usize,
     elements: usize,
+    bodies: usize,
     cubes: f64,
 }
 
@@ -26,8 +30,12 @@ impl Budget {
         let add = |so_far: &mut usize, count: usize| *so_far = so_far.saturating_add(count.saturating_mul(copies));
         add(&mut self.points, points);
         add(&mut self.elements, elements);
+        add(&mut self.bodies, 1);
         if self.points <= MAX_POINTS && self.elements <= MAX_ELEMENTS {
-            return Ok(());
+            return match self.bodies <= MAX_BODIES {
+                true => Ok(()),
+                false => Err(format!("{name}: {} bodies together: take at most {MAX_BODIES}", self.bodies)),
+            };
         }
         let times = if copies > 1 { format!("{copies} times ") } else { String::new() };
         Err(format!(
@@ -57,9 +65,11 @@ mod tests {
 
     #[test]
     fn the_bodies_of_all_tables_count_together() {
-        let point_mesh = Mesh { points: vec![[0.0; 3]; 8], triangles: vec![], segments: vec![] };
-        let face_mesh = Mesh { points: vec![], triangles: vec![[0; 3]; 12], segments: vec![[0; 2]; 8] };
-        for (mesh, most) in [(point_mesh, MAX_POINTS / 8), (face_mesh, MAX_ELEMENTS / 20)] {
+        let point_mesh = Mesh { points: vec![[0.0; 3]; 8000], triangles: vec![], segments: vec![] };
+        let face_mesh = Mesh { points: vec![], triangles: vec![[0; 3]; 12_000], segments: vec![[0; 2]; 8000] };
+        let small_mesh = Mesh { points: vec![[0.0; 3]; 8], triangles: vec![[0; 3]; 12], segments: vec![] };
+        let cases = [(point_mesh, MAX_POINTS / 8000), (face_mesh, MAX_ELEMENTS / 20_000), (small_mesh, MAX_BODIES)];
+        for (mesh, most) in cases {
             let mut budget = Budget::default();
             assert_eq!(budget.add("rigid 1", &mesh, most - 1), Ok(()));
             assert_eq!(budget.add("cloth 1", &mesh, 1), Ok(()));
