@@ -120,7 +120,8 @@ impl Field {
     pub fn values(&self, points: &[[f64; 3]], threads: Threads) -> Vec<f64> {
         let value = |point: &[f64; 3]| {
             let is_valid = point.iter().all(|x| x.abs() <= <f64 as Real>::MAX_COORDINATE);
-            if is_valid { self.field.value(Vector3::from(*point)) } else { f64::NAN }
+            let value = if is_valid { self.field.value(Vector3::from(*point)) } else { f64::NAN };
+            if value.is_finite() { value } else { f64::NAN }
         };
         threads.map_chunks(points, CHUNK, |_, points| points.iter().map(value).collect::<Vec<_>>()).concat()
     }

@@ -1,5 +1,7 @@
 //! How far are points from a mesh, without a grid? Exactly: [`Field::mesh_distances`].
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use sdf_bake::{InvalidMesh, MeshDistance, TriangleMesh};
 use sdf_core::Real;
 
@@ -30,12 +32,24 @@ impl Field {
         sign: Option<SignMethod>,
         threads: Threads,
     ) -> Result<Vec<f64>, InvalidMesh> {
+        Self::mesh_distances_cancellable(mesh, points, sign, threads, &AtomicBool::new(false))
+    }
+
+    /// [`mesh_distances`](Self::mesh_distances), until another thread sets `cancel`. Distances that are left are NaN then.
+    pub fn mesh_distances_cancellable(
+        mesh: MeshView,
+        points: &[[f64; 3]],
+        sign: Option<SignMethod>,
+        threads: Threads,
+        cancel: &AtomicBool,
+    ) -> Result<Vec<f64>, InvalidMesh> {
         threads.install(|| {
             let mesh = TriangleMesh::new(mesh.points, mesh.faces)?;
             let distance = MeshDistance::new(&mesh, sign.and_then(SignMethod::for_mesh));
             let measure = |point: &[f64; 3]| {
                 let is_valid = point.iter().all(|x| x.abs() <= <f64 as Real>::MAX_COORDINATE);
-                if is_valid { distance.signed_distance(*point) } else { f64::NAN }
+                let is_asked = is_valid && !cancel.load(Ordering::Relaxed);
+                if is_asked { distance.signed_distance(*point) } else { f64::NAN }
             };
             let measure_all = |_, points: &[[f64; 3]]| points.iter().map(measure).collect::<Vec<_>>();
             Ok(Threads::ALL.map_chunks(points, CHUNK, measure_all).concat())

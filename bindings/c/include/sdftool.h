@@ -75,7 +75,7 @@ SdfResult sdf_read(const void *bytes, size_t count, SdfField **out, SdfError *er
 SdfResult sdf_save(const SdfField *field, const char *path, SdfError *error); /* whole, or not at all */
 void sdf_free(SdfField *field);                                               /* NULL is fine */
 SdfResult sdf_info(const SdfField *field, SdfInfo *info, SdfError *error);
-/* One distance a point; NaN at points that are not finite. It is a lower bound, but for the grid's error, outside of a grid's box, and outside
+/* One distance a point; NaN at points that are not finite or beyond 1e150. It is a lower bound, but for the grid's error, outside of a grid's box, and outside
  * beyond a sparse grid's band, where depths are coarse. gradients, three numbers a point, may be NULL. */
 SdfResult sdf_sample(const SdfField *field, const double *points, size_t count, double *distances, double *gradients, SdfError *error);
 /* The same of a mesh, exactly and without a grid; about a hundred times slower. Faces inside of the solid, as where parts cross, count as
@@ -85,7 +85,7 @@ SdfResult sdf_mesh_distances(const double *vertices, size_t vertex_count, const 
 /* Writes at most capacity contacts. *count is how many there are, also where they are more (SDF_TOO_SMALL), and 0 where the call is
  * refused. Elements with a vertex that is not finite or beyond 1e150 are SDF_INVALID_ARGUMENT; min(*count, capacity) contacts of the others
  * are written all the same. *undecided, which may be NULL: elements without a contact of which SDF_AUTO and SDF_CERTIFIED did not prove in
- * their budget that there is none (a larger budget or a smaller tolerance decides); 0 where the call fails. */
+ * their budget that there is none (a larger budget decides); 0 where the call fails, but for SDF_TOO_SMALL. */
 SdfResult sdf_contacts(const SdfField *field, const double *vertices, size_t vertex_count, const uint32_t *faces, size_t face_count,
                        const SdfQuery *query, SdfContact *contacts, size_t capacity, size_t *count, size_t *undecided, SdfError *error);
 /* The same, one after the other on the caller's thread; visit must not throw, and ends it by returning non-zero (SDF_STOPPED). */

@@ -32,11 +32,18 @@ fn on_one_line(text: &str) -> String {
     text.chars().map(|c| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c }).collect()
 }
 
-/// The text, cut at a whole character.
+/// The text. What is too long is cut in its middle, where a path is, at whole characters: its end says why.
 fn ended_by_zero(text: &str) -> [u8; 512] {
-    let mut bytes = [0; 512];
-    let length = text.floor_char_boundary(bytes.len() - 1);
-    bytes[..length].copy_from_slice(&text.as_bytes()[..length]);
+    const ROOM: usize = 511;
+    const CUT: &str = "…";
+    let short = (text.len() > ROOM).then(|| {
+        let first = text.floor_char_boundary(ROOM / 4);
+        let last = text.ceil_char_boundary(text.len() - (ROOM - first - CUT.len()));
+        [&text[..first], CUT, &text[last..]].concat()
+    });
+    let text = short.as_deref().unwrap_or(text);
+    let mut bytes = [0; ROOM + 1];
+    bytes[..text.len()].copy_from_slice(text.as_bytes());
     bytes
 }
 

@@ -263,10 +263,16 @@ pub extern "C" fn sdf_reduce(
         let rows = border::slice(contacts.cast_const(), found, "contacts")?;
         let read: Option<Vec<_>> = rows.iter().map(ContactRow::to_contact).collect();
         let read = read.ok_or_else(|| Failure::invalid("contacts: codes that mean nothing; give those of a query"))?;
-        let mut kept = Contacts { contacts: read, ..Contacts::default() };
+        let mut kept = Contacts { contacts: read.clone(), ..Contacts::default() };
         let reduced = kept.reduce(&Reduction { count: keep, movement, thickness }).map_err(Failure::invalid)?;
+        let mut others = read;
+        for contact in &kept.contacts {
+            if let Some(place) = others.iter().position(|other| other == contact) {
+                others.remove(place);
+            }
+        }
         let mut room = border::Writer::new(contacts, found, "contacts")?;
-        kept.contacts.iter().for_each(|contact| room.push(contact.into()));
+        kept.contacts.iter().chain(&others).for_each(|contact| room.push(contact.into()));
         counter.push(reduced.count);
         shortfall.push(reduced.shortfall);
         Ok(())
@@ -349,7 +355,9 @@ fn visit(
     let points = border::rows(vertices.0, vertices.1, "vertices")?;
     let faces = border::rows(faces.0, faces.1, "faces")?;
     let query = border::value(query, "query")?;
-    let options = query.to_rust()?;
+    // Margins of single faces stand in its place.
+    let options =
+        if query.margins.is_null() { query.to_rust()? } else { SdfQuery { margin: 0.0, ..query }.to_rust()? };
     options.check_margin(field).map_err(|error| Failure::invalid(margin_advice(error)))?;
     let mesh = MeshView { points, faces };
     let on_contact = |contact: &Contact<f64>| on_row(ContactRow::from(contact));
@@ -369,8 +377,8 @@ fn visit(
     });
     match visited? {
         ControlFlow::Continue(found) => {
-            undecided.set(found.undecided_count);
             found.require_finite(mesh, options.elements).map_err(Failure::invalid)?;
+            undecided.set(found.undecided_count);
         }
         ControlFlow::Break(()) => return Ok(ControlFlow::Break(())),
     }

@@ -256,6 +256,10 @@ fn clusters_poses_and_margins_of_a_mesh_are_those_of_the_library() {
         rows.truncate(found);
         (result, rows, CStr::from_bytes_until_nul(&error.text).unwrap().to_str().unwrap().to_owned())
     };
+    // The one margin is not looked at.
+    for margin in [1000.0, f64::NAN] {
+        assert!(ask(&SdfQuery { margin, ..query }) == ask(&query), "{margin}");
+    }
     let pose = Rigid::new([0.1, 0.0, 0.3], [0.0, 0.0, 0.2, 1.0]);
     let mesh = MeshView { points: &points, faces: &faces };
     let moving = MeshInMotion { pose, margins: Some(&margins), ..MeshInMotion::new(mesh) };

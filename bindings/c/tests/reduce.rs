@@ -30,6 +30,12 @@ fn a_reduction_keeps_what_the_library_keeps_and_a_refusal_changes_nothing() {
         let result = sdftool::sdf_reduce(kept.as_mut_ptr(), &mut count, keep, 0.1, 0.01, &mut shortfall, none);
         assert_eq!((result, count, shortfall), (SdfResult::Ok, reduced.count, reduced.shortfall));
         assert!(kept[..count].iter().eq(expected.contacts.iter().map(ContactRow::from).collect::<Vec<_>>().iter()));
+        // The others come after them, each once.
+        let mut ids: Vec<u32> = kept.iter().map(|row| row.id).collect();
+        ids.sort_unstable();
+        let mut all: Vec<u32> = rows.iter().map(|row| row.id).collect();
+        all.sort_unstable();
+        assert_eq!(ids, all);
         let (mut again, mut count) = (rows.clone(), rows.len());
         let result = sdftool::sdf_reduce(again.as_mut_ptr(), &mut count, keep, 0.1, 0.01, null_mut(), none);
         assert!(result == SdfResult::Ok && again == kept);

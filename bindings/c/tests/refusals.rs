@@ -239,4 +239,13 @@ fn an_error_is_one_line_also_of_a_name_of_two() {
     let (mut field, mut error): (*mut SdfField, _) = (null_mut(), SdfError { text: [0; 512] });
     assert_eq!(sdftool::sdf_load(c"two\nlines\x1b.sdf.h5".as_ptr(), &mut field, &mut error), SdfResult::File);
     assert!(text(&error).starts_with("two\u{fffd}lines\u{fffd}.sdf.h5: "), "{}", text(&error));
+    // A path longer than an error has room: what is wrong stands at the end, and stays.
+    for letter in ["a", "ä", "𝄞"] {
+        let path = format!("first/{}/last.sdf.h5", letter.repeat(900));
+        let path = std::ffi::CString::new(path).unwrap();
+        assert_eq!(sdftool::sdf_load(path.as_ptr(), &mut field, &mut error), SdfResult::File);
+        let text = text(&error);
+        assert!(text.starts_with("first/") && text.contains('…') && text.contains("/last.sdf.h5: "), "{text}");
+        assert!(text.len() <= 511 && text.contains("os error"), "{text}");
+    }
 }

@@ -3,7 +3,7 @@
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PyTuple};
-use sdf_field::{Elements, Field, MeshView, SignMethod, Threads};
+use sdf_field::{Elements, Field, MeshView, SignMethod};
 
 use crate::arrays::{self, Rows};
 use crate::errors::{choice, type_error, value_error};
@@ -80,7 +80,7 @@ pub fn sign_method(name: &str) -> PyResult<Option<SignMethod>> {
 /// mesh: an object with .vertices and .faces or .triangles, or vertices (n, 3) and faces (m, 3).
 /// points: (k, 3), in the unit of the mesh.
 /// sign: "auto", "pseudo-normal" or "winding".
-/// Returns float64 (k,), in the unit of the mesh; NaN at points that are not finite.
+/// Returns float64 (k,), in the unit of the mesh; NaN at points that are not finite or beyond 1e150. Ctrl-C ends it.
 #[pyfunction]
 #[pyo3(signature = (mesh, faces=None, points=None, *, sign="auto", threads=None))]
 pub fn signed_distance<'py>(
@@ -100,6 +100,8 @@ pub fn signed_distance<'py>(
     let points = arrays::points(points, "points")?;
     let sign = sign_method(sign)?;
     let (view, rows) = (mesh.view(), points.as_slice());
-    let distances = pools::run(py, threads, || Field::mesh_distances(view, rows, sign, Threads::ALL));
+    let distances = pools::interruptible(py, threads, |threads, cancel| {
+        Field::mesh_distances_cancellable(view, rows, sign, threads, cancel)
+    });
     Ok(distances?.map_err(value_error)?.into_pyarray(py))
 }

@@ -133,14 +133,14 @@ impl Sdf {
     /// (k,) of contact_dtype, one for each element that gets within thickness, in the order of elements. Each contact is that of its time.
     ///
     /// Vertices move in straight lines from the mesh's, at time 0, to end (n, 3), at time 1. No time is late: before it the element is
-    /// farther than thickness. It is early only in that the distance is at most thickness + tolerance then. A contact farther than that,
-    /// of status "budget_spent", is of an element that is left open: nothing touches up to its time.
+    /// farther than thickness. It is early only in that the distance is at most thickness + tolerance then, or what 600 roundings of the
+    /// largest coordinate are, if that is more. A contact farther than that, of status "budget_spent", is of an element that is left open: nothing touches up to its time.
     ///
     /// mesh, faces, elements: as of contacts. thickness: a length.
     /// pose, end_pose: where the field stands at the times 0 and 1, in the mesh's frame; it moves at constant velocity and spin, by the
     /// shorter way around. pose alone: it stands still.
-    /// tolerance: a length [default: 1e-4 of the longest side of the box around both frames].
-    /// budget: evaluations of the field an element. threads: None for all cores. Ctrl-C ends it, from 513 faces or vertices on.
+    /// tolerance: a length [default: 1e-4 of the longest side of the box around its elements in both frames].
+    /// budget: evaluations of the field an element. threads: None for all cores. Ctrl-C ends it.
     #[pyo3(signature = (mesh, faces=None, *, end, thickness=0.0, elements="faces", pose=None, end_pose=None, tolerance=None,
         budget=65536, threads=None))]
     #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
@@ -181,7 +181,7 @@ impl Sdf {
             return Err(value_error(format!("thickness={thickness}: give a finite length")));
         }
         self.0.check_margin(thickness).map_err(|error| value_error(format!("thickness: {error}")))?;
-        let found = interruptible(py, threads, mesh.count(options.elements), |threads, cancel| {
+        let found = interruptible(py, threads, |threads, cancel| {
             let options = FirstTouchOptions { threads, ..options };
             self.0.first_touches_cancellable(&MeshPath { start, end }, &options, cancel)
         })?;

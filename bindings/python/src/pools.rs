@@ -44,18 +44,14 @@ pub fn on_threads<T: Send>(
     run(py, threads, || work(Threads::ALL))
 }
 
-/// [`on_threads`] for what may take long: where there is more than a little to do, the caller's thread looks for signals meanwhile. Where
-/// a handler raises, the flag is set that `work` is given, and that is raised when it has ended.
+/// Runs what may take long: the caller's thread looks for signals meanwhile. Where a handler raises, the flag is set that `work` is given, and
+/// that is raised when it has ended.
 pub fn interruptible<T: Send>(
     py: Python,
     threads: Option<i64>,
-    count: usize,
     work: impl FnOnce(Threads, &AtomicBool) -> T + Send,
 ) -> PyResult<T> {
     let cancel = &AtomicBool::new(false);
-    if count <= FEW {
-        return on_threads(py, threads, count, |threads| work(threads, cancel));
-    }
     let pool = if threads == Some(1) { None } else { Some(pool(py, threads)?) };
     let work = || match pool {
         None => work(Threads::ONE, cancel),

@@ -27,7 +27,8 @@ pub struct Sdf(pub Field);
 
 #[pymethods]
 impl Sdf {
-    /// Values at points, negative inside: float64 (n,) of points (n, 3). NaN at points that are not finite.
+    /// Values at points, negative inside: float64 (n,) of points (n, 3). NaN at points that are not finite or beyond 1e150, and
+    /// where the value is not finite.
     ///
     /// Outside of a grid's box, and outside beyond a sparse grid's band, values are lower bounds of the distance, but for the grid's error:
     /// see sample. Points beyond 1e150 count as not finite.
@@ -238,8 +239,9 @@ impl Sdf {
         self.0.info().and_then(|info| info.band)
     }
 
-    /// Largest margin of contacts that a grid answers, a length. None where any is answered: by closed forms, and by grids that were
-    /// moved or combined, whose contacts beyond the box or the band have the status "outside_grid" or "beyond_band".
+    /// Largest margin of contacts that is answered, a length. None where there is no largest: of closed forms, and of grids that were moved
+    /// or combined so that contacts beyond the box or the band have the status "outside_grid" or "beyond_band". A sparse grid answers
+    /// none below its band, also within an offset: contacts say so.
     #[getter]
     fn max_margin(&self) -> Option<f64> {
         self.0.max_margin()

@@ -96,7 +96,7 @@ fn bake(input: &Buffers, options: &BakeWords) -> Result<Buffers, String> {
     let baked = Field::bake_cancellable(mesh, &options, &on_progress, &cancel);
     let baked = baked.map_err(|error: BakeError| error.to_string())?;
     let mut answer = keep(baked.field);
-    answer["isProven"] = json!(baked.is_proven);
+    answer["isSignContinuous"] = json!(baked.is_sign_continuous);
     Buffers::text(&answer)
 }
 
@@ -223,12 +223,10 @@ fn columns(rows: &[ContactRow]) -> (Vec<f64>, Vec<u32>) {
 }
 
 fn page(field: &Field, name: String, input: &Buffers, options: &ContactWords) -> Result<Buffers, String> {
-    let mesh = Some(mesh(input)?).filter(|mesh| !mesh.points.is_empty());
+    let mesh = mesh(input)?;
     let pose = options.to_rust()?.pose;
-    let (found, summary) = match mesh {
-        Some(mesh) => contacts(field, mesh, options)?,
-        None => (Contacts::default(), summary(&Contacts::default())),
-    };
+    let (found, summary) = contacts(field, mesh, options)?;
+    let mesh = Some(mesh).filter(|mesh| !mesh.points.is_empty());
     let records: Vec<ContactRecord> = found.contacts.iter().map(ContactRecord::from).collect();
     let scene = Scene { name, field, pose, mesh, contacts: &records };
     let page = page::page(&scene).map_err(|error| error.to_string())?;

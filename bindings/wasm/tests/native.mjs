@@ -177,6 +177,11 @@ const wrong = [
       [() => body.contacts({ points }, { elements: "vertices" }), /^Error: 1 vertex has coordinates .*, vertex 3 the first$/],
     ];
   }),
+  // What the page would show is checked as contacts are, also where there is nothing to show.
+  [() => body.page("page", { points: [], faces: [0, 1, 2] }), /vertex 0/],
+  [() => body.page("page", { points: [], faces: [] }, { reduce: { count: 0, movement: 1 } }), /count/],
+  // The caller's own errors are the caller's.
+  [() => body.contacts(tetrahedron, { margin: { toJSON() { throw new RangeError("mine"); } } }), /^RangeError: mine$/],
   [() => body.contacts(tetrahedron, { margin: 1e3 }), /margin/],
   [() => body.contacts(tetrahedron, { margin: "1" }), /^Error: margin: .*string/],
   [() => body.contacts(tetrahedron, { pose: { translation: [0, 0] } }), /^Error: pose: .*length 2/],

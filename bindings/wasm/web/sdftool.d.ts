@@ -155,6 +155,7 @@ export interface FieldInfo {
 
 /** A loaded module. Its calls end when they are done: in a page, make them in a worker. All throw an Error that says what is wrong. */
 export class Sdftool {
+  private constructor();
   readonly version: string;
   readonly elementNames: readonly string[];
   readonly statusNames: readonly string[];
@@ -169,11 +170,15 @@ export class Sdftool {
 
 /** A signed distance field. */
 export class Field {
+  private constructor();
   readonly info: FieldInfo;
-  /** Is the error bound proven? Of baked fields. */
-  readonly isProven?: boolean;
   /**
-   * Distances, NaN at points that are not finite; three numbers a point; and a status a point: 0 where the distance is within the error
+   * Does the sign change at triangles alone? Of baked fields; not so at the holes of an open mesh: the error bound is that of a distance
+   * with the sign of a cell's corners where they agree.
+   */
+  readonly isSignContinuous?: boolean;
+  /**
+   * Distances, NaN at points that are not finite or beyond 1e150; three numbers a point; and a status a point: 0 where the distance is within the error
    * bound, else a sum of 1: no derivative here, 2: outside of the grid's box, a lower bound, 4: beyond a sparse grid's band, outside a
    * lower bound and inside a coarse depth, 8: not finite.
    */

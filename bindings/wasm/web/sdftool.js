@@ -113,15 +113,18 @@ export class Sdftool {
   // Writes arrays and a request into the module, runs it, and copies the answer out. Not for users.
   call(request, { f64s = [], u32s = [], bytes = [] } = {}) {
     if (this.#end) throw new Error(`${this.#end}; load it again`);
+    // What throws here is the caller's own, and leaves the module as it is.
+    const [points, faces] = [numbers("points", f64s, Float64Array), numbers("faces", u32s, Uint32Array)];
+    const text = new TextEncoder().encode(JSON.stringify(request, finite));
     try {
-      this.#write(F64S, Float64Array, numbers("points", f64s, Float64Array));
-      this.#write(U32S, Uint32Array, numbers("faces", u32s, Uint32Array));
+      this.#write(F64S, Float64Array, points);
+      this.#write(U32S, Uint32Array, faces);
       this.#write(BYTES, Uint8Array, bytes);
-      this.#write(TEXT, Uint8Array, new TextEncoder().encode(JSON.stringify(request, finite)));
+      this.#write(TEXT, Uint8Array, text);
       const isDone = this.#exports.sdf_call();
-      const text = new TextDecoder().decode(this.#read(TEXT, Uint8Array));
-      if (!isDone) throw new Error(text);
-      return { answer: JSON.parse(text), f64s: this.#read(F64S, Float64Array), u32s: this.#read(U32S, Uint32Array), bytes: this.#read(BYTES, Uint8Array) };
+      const said = new TextDecoder().decode(this.#read(TEXT, Uint8Array));
+      if (!isDone) throw new Error(said);
+      return { answer: JSON.parse(said), f64s: this.#read(F64S, Float64Array), u32s: this.#read(U32S, Uint32Array), bytes: this.#read(BYTES, Uint8Array) };
     } catch (error) {
       if (!(error instanceof WebAssembly.RuntimeError || error instanceof RangeError)) throw error;
       // What stopped the module left it in the middle of its work.
