@@ -74,7 +74,8 @@ pub struct Reduction<R> {
 pub struct Reduced<R> {
     /// The contacts that are kept.
     pub count: usize,
-    /// Where these are held, no other comes nearer to the surface than the thickness by more than this, to first order in the turn.
+    /// Where these are held, no other with a normal comes nearer to the surface than the thickness by more than this, to first order in the
+    /// turn.
     pub shortfall: R,
 }
 
