@@ -44,6 +44,11 @@ impl<N: Node, S: AsRef<[N]> + AsMut<[N]>> BestFirstQueue<N, S> {
         self.overflow_bound
     }
 
+    /// How many more nodes fit.
+    pub fn room(&self) -> usize {
+        self.storage.as_ref().len().saturating_sub(self.count)
+    }
+
     /// Counts a node with this bound as done with.
     pub fn fathom(&mut self, lower_bound: N::Bound) {
         self.fathomed_bound = Real::min(self.fathomed_bound, lower_bound);

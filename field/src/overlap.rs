@@ -49,7 +49,7 @@ pub enum OverlapVerdict {
     /// It is proven that there is none.
     #[default]
     Separated,
-    /// None was found within the budget, and one may exist.
+    /// None was found within the budget and the tolerance, and one may exist.
     Undecided,
 }
 
@@ -84,6 +84,8 @@ pub enum OverlapError {
     TooFine,
     /// The resolution is not a positive length.
     ResolutionOutOfRange,
+    /// The tolerance is not positive and finite.
+    ToleranceOutOfRange,
 }
 
 impl std::fmt::Display for OverlapError {
@@ -95,6 +97,7 @@ impl std::fmt::Display for OverlapError {
             Self::MarginNotFinite => f.write_str("the margin must be a finite length"),
             Self::TooFar => f.write_str("coordinates exceed 1e18 where the fields may touch: scale them down"),
             Self::ResolutionOutOfRange => f.write_str("the resolution of a patch must be a positive length"),
+            Self::ToleranceOutOfRange => f.write_str("the tolerance must be positive and finite"),
             Self::TooFine => f.write_str(
                 "the resolution is less than 1/4096 of the longest side of the box in which the fields may touch: take a larger one",
             ),
@@ -176,6 +179,7 @@ impl OverlapOptions {
     fn check(&self) -> Result<(), OverlapError> {
         match self.resolution {
             _ if !self.margin.is_finite() => Err(OverlapError::MarginNotFinite),
+            _ if !(self.tolerance > 0.0 && self.tolerance.is_finite()) => Err(OverlapError::ToleranceOutOfRange),
             Some(resolution) if !(resolution > 0.0 && resolution.is_finite()) => {
                 Err(OverlapError::ResolutionOutOfRange)
             }

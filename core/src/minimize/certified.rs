@@ -146,6 +146,11 @@ impl Certified {
         if is_single || !found.converged || value <= level || level < found.lower_bound {
             return None;
         }
+        // What rounding decides, no tolerance tells.
+        let rounding = rounding(FieldScale::new(field), simplex.corners[0], simplex.longest_edge(), value);
+        if value - level <= rounding * R::from_f64(NESTED_FIELDS) {
+            return None;
+        }
         let fraction = (value - level) / self.tolerance_on(field, simplex.longest_edge());
         // NaN where the tolerance is zero.
         let tolerance =

@@ -3,6 +3,9 @@
 //!
 //! The box with the lowest bound (`bounds`) is bisected across its longest side. A box is fathomed if its bound is above the
 //! best value less the gap, tolerance · longest side + rounding. A local descent improves each lower value found.
+//!
+//! Where there is no room for more open boxes, the one with the lowest bound is searched to its end depth first, which takes room for a box a
+//! bisection. Else a child of that very box would be dropped, and the bound would stay where it was.
 
 use core::array::from_fn;
 
@@ -63,6 +66,9 @@ impl Node for BoxNode {
     }
 }
 
+/// Boxes that wait while one is searched depth first: a bisection each, and coordinates in f64 allow no more than some 160.
+const MAX_DEPTH: usize = 192;
+
 /// Steps of a local descent. Most come to rest after half as many.
 const DESCENT_STEPS: u32 = 48;
 
@@ -70,33 +76,30 @@ impl<A: EnclosedSdf, B: EnclosedSdf> Pair<'_, A, B> {
     /// Finds the deepest point. `scratch` holds the open boxes: a few hundred are enough for smooth bodies. If it is
     /// too small, the answer has not converged, and its bound holds nevertheless.
     pub fn deepest<R: Float>(&self, search: &DepthSearch, scratch: &mut [BoxNode]) -> DeepestPoint<R> {
+        let depth = MAX_DEPTH.min(scratch.len() / 4);
+        let (stack, open) = scratch.split_at_mut_checked(depth).unwrap_or_default();
         let query = PairQuery::<R, A, B>::new(self);
         let longest = self.region.longest_side();
         let gap = R::from_f64(longest * search.tolerance) + query.rounding;
-        let mut run = BranchAndBound {
-            query,
-            best: None,
-            evaluations: 0,
-            gap: gap.to_f64(),
-            converged: true,
-            queue: BestFirstQueue::new(scratch),
-        };
-        run.bound_node(BoxNode { region: self.region, lower_bound: f64::NEG_INFINITY });
+        let mut run =
+            BranchAndBound { query, best: None, evaluations: 0, gap: gap.to_f64(), queue: BestFirstQueue::new(open) };
+        let whole = BoxNode { region: self.region, lower_bound: f64::NEG_INFINITY };
+        if let Some(node) = run.bound_node(whole) {
+            run.queue.push(node);
+        }
         while let Some(node) = run.queue.pop() {
-            let halves =
-                node.region.bisect().filter(|_| run.evaluations < search.evaluations && run.may_improve(&node));
-            let Some(halves) = halves else {
-                // No open node has a lower bound than this one.
+            // No open node has a lower bound than this one.
+            if run.evaluations >= search.evaluations || !run.may_improve(&node) {
                 run.queue.fathom(node.lower_bound);
-                if run.may_improve(&node) {
-                    run.converged = false;
-                }
-                if run.evaluations >= search.evaluations || !run.may_improve(&node) {
-                    break;
-                }
+                break;
+            }
+            if run.queue.room() < 2 {
+                run.search_to_the_end(node, search.evaluations, stack);
                 continue;
-            };
-            halves.into_iter().for_each(|region| run.bound_node(BoxNode { region, ..node }));
+            }
+            for half in run.halves(&node).into_iter().flatten() {
+                run.queue.push(half);
+            }
         }
         run.finish()
     }
@@ -107,7 +110,6 @@ struct BranchAndBound<'p, 's, R: Real, A, B> {
     best: Option<OverlapPoint<R>>,
     evaluations: u32,
     gap: f64,
-    converged: bool,
     queue: BestFirstQueue<BoxNode, &'s mut [BoxNode]>,
 }
 
@@ -120,8 +122,52 @@ impl<R: Float, A: EnclosedSdf, B: EnclosedSdf> BranchAndBound<'_, '_, R, A, B> {
         node.lower_bound < self.best_value() - self.gap && node.lower_bound <= self.query.pair.margin
     }
 
-    /// Bounds a node, whose bound so far is that of its parent, and opens it if it may improve the best value.
-    fn bound_node(&mut self, node: BoxNode) {
+    /// The halves of a node that may improve the best value.
+    fn halves(&mut self, node: &BoxNode) -> [Option<BoxNode>; 2] {
+        let Some(halves) = node.region.bisect() else {
+            self.queue.fathom(node.lower_bound);
+            return [None; 2];
+        };
+        halves.map(|region| self.bound_node(BoxNode { region, ..*node }))
+    }
+
+    /// Searches a node depth first, the half with the lower bound before the other, until nothing of it may improve the best value.
+    fn search_to_the_end(&mut self, node: BoxNode, evaluations: u32, stack: &mut [BoxNode]) {
+        let mut last = Some(node);
+        let mut count = 0_usize;
+        while let Some(node) = last.take() {
+            let is_open = self.evaluations < evaluations && self.may_improve(&node);
+            if is_open {
+                let [a, b] = self.halves(&node);
+                let is_ordered = match (&a, &b) {
+                    (Some(a), Some(b)) => a.lower_bound <= b.lower_bound,
+                    (a, _) => a.is_some(),
+                };
+                let (next, later) = if is_ordered { (a, b) } else { (b, a) };
+                last = next;
+                if let Some(later) = later {
+                    match stack.get_mut(count) {
+                        Some(place) => {
+                            *place = later;
+                            count = count.saturating_add(1);
+                        }
+                        None => self.queue.fathom(later.lower_bound),
+                    }
+                }
+            } else {
+                self.queue.fathom(node.lower_bound);
+            }
+            if last.is_none()
+                && let Some(below) = count.checked_sub(1)
+            {
+                last = stack.get(below).copied();
+                count = below;
+            }
+        }
+    }
+
+    /// Bounds a node, whose bound so far is that of its parent. `None` if it cannot improve the best value.
+    fn bound_node(&mut self, node: BoxNode) -> Option<BoxNode> {
         let bound = self.query.bound(&node.region);
         self.evaluations = self.evaluations.saturating_add(u32::from(bound.center.is_some()));
         if let Some(center) = bound.center.filter(OverlapPoint::is_finite) {
@@ -140,16 +186,18 @@ impl<R: Float, A: EnclosedSdf, B: EnclosedSdf> BranchAndBound<'_, '_, R, A, B> {
         let lower_bound = if is_proven { bound.lower_bound.to_f64().max(node.lower_bound) } else { f64::NEG_INFINITY };
         let node = BoxNode { lower_bound, ..node };
         if self.may_improve(&node) {
-            self.queue.push(node);
-        } else {
-            self.queue.fathom(node.lower_bound);
+            return Some(node);
         }
+        self.queue.fathom(node.lower_bound);
+        None
     }
 
     fn finish(self) -> DeepestPoint<R> {
-        let all = R::from_f64(self.queue.lower_bound());
+        let lowest = self.queue.lower_bound();
+        let all = R::from_f64(lowest);
         let lower_bound = self.best.map_or(all, |best| Real::min(best.value, all));
-        let converged = self.converged && self.queue.overflow_bound() == f64::INFINITY;
+        // Nothing that was left could improve the best value.
+        let converged = !(lowest < self.best_value() - self.gap && lowest <= self.query.pair.margin);
         DeepestPoint { point: self.best, lower_bound, converged, evaluations: self.evaluations }
     }
 }

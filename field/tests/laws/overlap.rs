@@ -2,7 +2,7 @@
 
 use sdf_field::core::Aabb;
 use sdf_field::core::placed::Rigid;
-use sdf_field::core::shapes::{HalfSpace, Octahedron, Sphere};
+use sdf_field::core::shapes::{Bowl, HalfSpace, Octahedron, Sphere};
 use sdf_field::{BakeOptions, Field, MeshView, Overlap, OverlapError, OverlapOptions, OverlapVerdict};
 
 const UPRIGHT: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
@@ -91,11 +91,46 @@ fn a_search_in_the_region_of_a_pair_is_the_search() {
     assert!((0..3).all(|axis| by_bounds.min[axis] <= region.min[axis] && region.max[axis] <= by_bounds.max[axis]));
 }
 
+/// A ball of radius 0.92 in a bowl whose wall begins at 0.925.
+fn ball_in_bowl(options: OverlapOptions) -> Overlap {
+    let bowl = Field::new(Bowl::new(1.0, 0.5, 0.15).unwrap());
+    Field::new(Sphere::new(0.92).unwrap()).overlap(&bowl, &options).unwrap()
+}
+
+/// A ball within a bowl: tangents tell nothing of a bowl, and the nearest points are a whole sheet. There is no room for all open boxes, and yet
+/// the default tolerance is reached, and a smaller one has no lower bound that is worse.
+#[test]
+fn more_boxes_than_there_is_room_for_are_searched_to_the_end() {
+    let mut highest = f64::NEG_INFINITY;
+    for tolerance in [3e-3, 1e-3] {
+        let found = ball_in_bowl(OverlapOptions { tolerance, ..OverlapOptions::default() });
+        let deepest = found.deepest.unwrap();
+        println!("{tolerance}: {deepest:?}");
+        assert!(deepest.converged && deepest.lower_bound >= highest, "{tolerance}: {deepest:?} after {highest}");
+        highest = deepest.lower_bound;
+    }
+}
+
+#[test]
+fn a_tolerance_that_is_no_fraction_is_refused() {
+    for tolerance in [f64::NAN, f64::INFINITY, 0.0, -1e-3] {
+        let options = OverlapOptions { tolerance, ..raised(1.5) };
+        assert_eq!(
+            sphere().overlap(&sphere(), &options).unwrap_err(),
+            OverlapError::ToleranceOutOfRange,
+            "{tolerance}"
+        );
+    }
+}
+
 #[test]
 fn few_evaluations_are_undecided_and_honest() {
-    let found =
-        sphere().overlap(&sphere(), &OverlapOptions { evaluations: 2, margin: -0.2499, ..raised(1.5) }).unwrap();
+    let few = |options| OverlapOptions { evaluations: 2, ..options };
+    let found = sphere().overlap(&sphere(), &few(OverlapOptions { margin: -0.2499, ..raised(1.5) })).unwrap();
     assert!(found.deepest.is_some_and(|deepest| deepest.lower_bound <= -0.25) && !found.patch.unwrap().is_complete);
+    let found = ball_in_bowl(few(OverlapOptions::default()));
+    // The gap is 0.005.
+    assert!(found.verdict == OverlapVerdict::Undecided && found.deepest.unwrap().lower_bound <= 0.005);
 }
 
 #[test]

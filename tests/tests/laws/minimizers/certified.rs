@@ -241,6 +241,19 @@ fn a_converged_value_of_a_large_element_is_known_to_a_fraction_of_the_surfaces_b
     assert!(converged > 80, "{converged}");
 }
 
+/// A level within rounding below the minimum is one that no search tells from it: the budget is not spent on it.
+#[test]
+fn a_level_that_rounding_alone_tells_from_the_minimum_costs_no_budget() {
+    let search = Certified { evaluations: 100_000, ..Certified::default() };
+    let corners = [Vector3::new(0.1, 0.0, 1.0), Vector3::new(1.0, 0.2, 1.0), Vector3::new(0.3, 0.9, 1.0)];
+    let ground = HalfSpace::new([0.0, 0.0, 1.0], 0.0).unwrap();
+    let level_with = Simplex { corners };
+    for below in [0.0, 1e-16, 4e-16, 1e-15] {
+        let found: Minimum<f64, 3> = search.minimize_below(&ground, &level_with, 1.0 - below);
+        assert!(found.evaluations < 1000.0, "{below}: {} evaluations", found.evaluations);
+    }
+}
+
 /// However little a minimum is below the level, the search goes on until it is there, or has nothing left.
 #[test]
 fn a_minimum_just_below_the_level_is_found_with_evaluations_enough() {
