@@ -286,13 +286,15 @@ impl Field {
         }
         if format == ExportFormat::Nvdb {
             let cells = options.band.map_or(f64::from(PADDING), f64::from);
-            let known = if self.grid().is_some() { f64::INFINITY } else { self.known_levels().upper };
+            // Outside of a grid's own box, where a moved lattice or a rounded number of cells reaches, values are no distances.
+            let is_within = self.grid().is_some_and(|own| own.lattice().bounds().encloses(&lattice.bounds()));
+            let known = if is_within { f64::INFINITY } else { self.known_levels().upper };
             let wanted = (cells * lattice.spacing()).min(known);
             if wanted <= 0.0 {
                 return Err(ExportError::BeyondBand);
             }
-            let band =
-                if options.band.is_none() && grid.band().is_finite() { grid.band() } else { wanted.min(grid.band()) };
+            let own = if options.band.is_none() && grid.band().is_finite() { known } else { wanted };
+            let band = own.min(grid.band());
             let bytes = export::nvdb(&grid, name, band).ok_or(ExportError::NoSurface { nodes: lattice.nodes() })?;
             return Ok(Exported { band: Some(band), has_lost_surface, ..Exported::new(bytes, lattice) });
         }

@@ -69,6 +69,35 @@ fn a_level_set_is_no_wider_than_the_band() {
     }
 }
 
+/// A box one voxel around the body: beyond it values are lower bounds, also where the band is wider, and where cells do not fit the box.
+#[test]
+fn a_level_set_reaches_no_farther_than_the_box() {
+    let mesh = SpikedBall { levels: 2, radius: 0.6 }.mesh();
+    let mesh = MeshView { points: &mesh.points, faces: &mesh.triangles };
+    for layout in [Layout::Dense, Layout::Sparse] {
+        let options = BakeOptions { size: GridSize::Cells(32), padding: 1, layout, ..BakeOptions::default() };
+        let field = Field::bake(mesh, &options).unwrap().field;
+        let (limit, mut limited) = (field.grid().unwrap().lowest_boundary_sample(), 0);
+        let moved = Field::new(
+            field.as_any().clone().placed(Similarity::new([0.3, 0.2, 0.1], [0.0, 0.0, 0.0, 1.0], 1.0).unwrap()),
+        );
+        for (field, cells) in [(&field, Some(7)), (&field, Some(11)), (&moved, None), (&moved, Some(40))] {
+            for band in [None, Some(1), Some(200)] {
+                let options = ExportOptions { cells, band, ..ExportOptions::default() };
+                let exported = field.export(ExportFormat::Nvdb, &options).unwrap();
+                // Within a grid's own box all of its values are distances.
+                let is_within =
+                    field.grid().is_some_and(|own| own.lattice().bounds().encloses(&exported.lattice.bounds()));
+                let found = exported.band.unwrap();
+                let context = || format!("{layout:?}, {cells:?} cells, band {band:?}: {found} beyond {limit}");
+                assert!(is_within || found <= limit * (1.0 + 1e-6), "{}", context());
+                limited += usize::from(!is_within);
+            }
+        }
+        assert!(limited >= 6, "{limited}");
+    }
+}
+
 #[test]
 fn a_raw_file_names_the_band() {
     for (field, _) in fields() {
