@@ -19,6 +19,9 @@ impl<'py> Mesh<'py> {
     /// Vertices and faces, or an object that has both.
     pub fn new(mesh: &Bound<'py, PyAny>, faces: Option<&Bound<'py, PyAny>>) -> PyResult<Self> {
         let (vertices, faces) = match faces {
+            Some(_) if !is_array(mesh) && parts(mesh).is_ok() => {
+                return Err(type_error("a mesh has faces of its own: give other arguments by name, such as res=64"));
+            }
             Some(faces) => (mesh.clone(), faces.clone()),
             None => parts(mesh)?,
         };

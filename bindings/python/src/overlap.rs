@@ -66,7 +66,7 @@ impl Overlap {
     }
 
     /// Is lower_bound within the tolerance of the deepest point? Not where the search ran out of evaluations, or of room for boxes that it
-    /// had yet to look at, as a tolerance below 1e-3 may need: the bound holds all the same.
+    /// had yet to look at, as bowls and small tolerances may need: the bound holds all the same.
     #[getter]
     fn converged(&self) -> bool {
         self.0.deepest.is_none_or(|deepest| deepest.converged)

@@ -22,6 +22,9 @@ use crate::integers;
 /// Pools by process and count of threads; a count of 0 stands for all cores.
 static POOLS: Mutex<BTreeMap<(u32, usize), Arc<ThreadPool>>> = Mutex::new(BTreeMap::new());
 
+/// Pools that a process keeps: a program has one count of threads, or a few. Those in use are kept beside them.
+const MOST_POOLS: usize = 4;
+
 /// Runs `work` on so many threads, without the interpreter's lock; `None` stands for all cores.
 pub fn run<T: Send>(py: Python, threads: Option<i64>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
     let pool = pool(py, threads)?;
@@ -92,6 +95,12 @@ pub fn pool(_: Python, threads: Option<i64>) -> PyResult<Arc<ThreadPool>> {
     }
     let pool = ThreadPoolBuilder::new().num_threads(count).build();
     let pool = Arc::new(pool.map_err(|error| value_error(format!("threads={count}: {error}")))?);
+    // Pools of the process that this one was forked from have no threads here that could end.
+    let own = pools.range((key.0, 0)..=(key.0, usize::MAX));
+    let unused = own.clone().find(|(_, pool)| Arc::strong_count(pool) == 1).map(|(key, _)| *key);
+    if let Some(unused) = unused.filter(|_| own.count() >= MOST_POOLS) {
+        pools.remove(&unused);
+    }
     pools.insert(key, pool.clone());
     Ok(pool)
 }

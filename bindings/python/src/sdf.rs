@@ -21,7 +21,8 @@ use crate::{arrays, files, integers};
 /// A signed distance field, negative inside and positive outside: a baked grid or a closed form.
 ///
 /// (trimesh and pysdf are positive inside.) Lengths are in the unit of the mesh. A field never changes: any number of threads may
-/// ask it. It pickles, and shares its samples with its copies and with combinations made of it.
+/// ask it. It pickles, but for combinations and movements of grids, and shares its samples with its copies and with combinations made of it.
+/// Arrays are read where they are if their type allows: nobody writes to them during a call.
 #[pyclass(frozen, module = "sdftool")]
 pub struct Sdf(pub Field);
 

@@ -39,3 +39,16 @@ def test_a_process_forked_during_the_first_call_of_another_thread_answers():
     # It hung in each of three runs where a pool was started without the interpreter's lock.
     said = subprocess.run([sys.executable, "-c", FORK_IN_A_FIRST_CALL], capture_output=True, text=True, timeout=120)
     assert said.stdout == "7\n", said.stderr
+
+
+def test_a_process_keeps_the_threads_of_a_few_counts_alone():
+    code = """
+import os, numpy as np, sdftool
+ball, points = sdftool.sphere(1.0), np.zeros((10, 3))
+for threads in range(2, 40):
+    assert (ball.sample(points, threads=threads)[0] == -1.0).all()
+print(len(os.listdir("/proc/self/task")))
+"""
+    counted = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)
+    # Four pools of at most 39 threads, and those that numpy has.
+    assert int(counted.stdout) < 4 * 39 + 40

@@ -5,6 +5,7 @@ import math
 import os
 import pickle
 import tempfile
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -33,6 +34,7 @@ def wanted(name, count):
 CASES = [
     (lambda: sdftool.bake("dragon.obj"), TypeError, "a str is not a mesh"),
     (lambda: sdftool.bake(VERTICES), TypeError, "give vertices and faces"),
+    (lambda: sdftool.bake(SimpleNamespace(vertices=VERTICES, faces=FACES), 64), TypeError, "faces of its own.* by name, such as res=64"),
     (lambda: sdftool.bake(VERTICES[:, :2], FACES), TypeError, r"vertices: an array of shape \(62, 2\), not \(n, 3\)"),
     (lambda: sdftool.bake(VERTICES, FACES[:, :2]), TypeError, "triangulate"),
     (lambda: sdftool.bake(VERTICES, FACES.astype(float)), TypeError, "faces: an array of float64, not of integers"),
