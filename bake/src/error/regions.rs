@@ -1,8 +1,8 @@
 //! Where is an open mesh's grid as good as a closed one's? The error bound of each cell, and where the large ones are.
 //!
 //! A cell in which the signed distance is continuous errs by at most √3/2 h and rounding (`dense::error_bound`). So does one with
-//! corners of one sign, unless the jump of the sign passes between them. In a cell with both signs, the jump is where the winding
-//! number w is ½ modulo 1. The triangles do not change w modulo 1. With c the cell's center and r = √3/2 h,
+//! corners of one sign, which all of its points have then (`docs/error-bounds.md`, "What is added"). In a cell with both signs, the jump is
+//! where the winding number w is ½ modulo 1. The triangles do not change w modulo 1. With c the cell's center and r = √3/2 h,
 //!
 //! ```text
 //! |w(c) mod 1 − ½| > error + r max |∇w|   excludes a jump (`winding::boundary`).
