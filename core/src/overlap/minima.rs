@@ -38,7 +38,8 @@ impl<A: EnclosedSdf, B: EnclosedSdf> Pair<'_, A, B> {
     /// f is compared on cubes with an edge of `resolution`. Let `barrier` be the largest change of f along a cube's
     /// diagonal. A minimum is reported if every path to a lower point climbs by more than twice the barrier. It is not
     /// reported if one climbs by less than half of it. So flat or curved valleys are one minimum, and neither the
-    /// lattice nor finer noise makes another. Parts less than two cubes apart count as one.
+    /// lattice nor finer noise makes another. Parts less than about 1 + √3 · slope bound cubes apart may
+    /// count as one.
     ///
     /// `minima` is filled with the lowest in ascending order. `scratch` needs room for all cubes in which the bodies
     /// may touch.

@@ -37,7 +37,7 @@ pub struct Patch<R> {
     /// Number of cubes that may meet the patch, which lies in them. They are more than the points: bounds do not
     /// exclude every cube beside the surface.
     pub leaf_count: u32,
-    /// Bounding box of those cubes; `None` proves that the patch is empty.
+    /// Bounding box of those cubes; `None` proves that the patch is empty, if it is complete.
     pub bounds: Option<Aabb>,
     /// Number of cubes in which the fields are not finite or have equal gradients, so that no surface is defined.
     pub undefined_count: u32,
