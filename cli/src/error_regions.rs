@@ -3,8 +3,10 @@ use serde_json::json;
 
 use crate::report::number;
 
-/// The distance that the error of an open mesh's grid is about: between nodes, where its inside ends is a matter of definition.
-pub const SIGN_OF_CELLS: &str = "with the sign of a cell's corners where they agree";
+/// Words for what is proven of an error bound. Where the inside of an open mesh ends between nodes is a matter of definition.
+pub fn proof(is_sign_continuous: bool) -> &'static str {
+    if is_sign_continuous { "proven" } else { "proven with the sign of a cell's corners where they agree" }
+}
 
 /// The share of cells with the error of a closed mesh, and where the others are.
 pub fn row(found: &ErrorRegions) -> String {

@@ -4,13 +4,14 @@ use std::sync::{Arc, OnceLock};
 
 use sdf_core::grid::owned::OwnedGrid;
 use sdf_core::nalgebra::Vector3;
-use sdf_core::{Aabb, AnyField, Real, Sample, Sdf, Status};
+use sdf_core::{Aabb, AnyField, Sample, Sdf, Status};
 
 use crate::contacts::{self, Contacts};
 #[cfg(feature = "bake")]
 use crate::exact::ExactField;
 use crate::info::GridInfo;
 use crate::kept_mesh::KeptMesh;
+use crate::not_finite::is_valid;
 use crate::query_error::QueryError;
 use crate::reach::{Boxes, Reach};
 use crate::{ContactOptions, MeshInMotion, MeshView, Threads};
@@ -119,8 +120,7 @@ impl Field {
     /// too large.
     pub fn values(&self, points: &[[f64; 3]], threads: Threads) -> Vec<f64> {
         let value = |point: &[f64; 3]| {
-            let is_valid = point.iter().all(|x| x.abs() <= <f64 as Real>::MAX_COORDINATE);
-            let value = if is_valid { self.field.value(Vector3::from(*point)) } else { f64::NAN };
+            let value = if is_valid(point) { self.field.value(Vector3::from(*point)) } else { f64::NAN };
             if value.is_finite() { value } else { f64::NAN }
         };
         threads.map_chunks(points, CHUNK, |_, points| points.iter().map(value).collect::<Vec<_>>()).concat()

@@ -7,9 +7,10 @@ use sdf_core::minimize::{Certified, Minimizer};
 use sdf_core::moving::{MovingSdf, RigidMotion, Travelling};
 use sdf_core::nalgebra::Vector3;
 use sdf_core::placed::{Posed, Rigid};
-use sdf_core::{Aabb, Real, Simplex};
+use sdf_core::{Aabb, Real};
 
 use crate::mesh_view::check;
+use crate::not_finite::is_valid;
 use crate::{Elements, Field, MeshView, QueryError, Threads};
 
 /// A mesh whose vertices move in straight lines from the time 0 to 1.
@@ -143,8 +144,7 @@ fn default_tolerance<const N: usize>(path: &MeshPath, elements: &[[u32; N]]) -> 
         .iter()
         .flatten()
         .flat_map(|vertex| [path.start.points, path.end].map(|points| points[*vertex as usize]));
-    let can_touch = |point: &[f64; 3]| Simplex { corners: [Vector3::from(*point)] }.is_representable();
-    Aabb::from_points(points.filter(can_touch)).map_or(0.0, |bounds| TOLERANCE * bounds.longest_side())
+    Aabb::from_points(points.filter(is_valid)).map_or(0.0, |bounds| TOLERANCE * bounds.longest_side())
 }
 
 struct Search<'a> {

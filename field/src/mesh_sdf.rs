@@ -3,8 +3,8 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use sdf_bake::{InvalidMesh, MeshDistance, TriangleMesh};
-use sdf_core::Real;
 
+use crate::not_finite::is_valid;
 use crate::{Field, MeshView, SignMethod, Threads};
 
 /// Points that one thread measures at a time.
@@ -47,8 +47,7 @@ impl Field {
             let mesh = TriangleMesh::new(mesh.points, mesh.faces)?;
             let distance = MeshDistance::new(&mesh, sign.and_then(SignMethod::for_mesh));
             let measure = |point: &[f64; 3]| {
-                let is_valid = point.iter().all(|x| x.abs() <= <f64 as Real>::MAX_COORDINATE);
-                let is_asked = is_valid && !cancel.load(Ordering::Relaxed);
+                let is_asked = is_valid(point) && !cancel.load(Ordering::Relaxed);
                 if is_asked { distance.signed_distance(*point) } else { f64::NAN }
             };
             let measure_all = |_, points: &[[f64; 3]]| points.iter().map(measure).collect::<Vec<_>>();

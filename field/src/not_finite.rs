@@ -47,7 +47,8 @@ impl FirstTouches {
     }
 }
 
-fn is_valid(point: &[f64; 3]) -> bool {
+/// Can a search take a point with these coordinates?
+pub(crate) fn is_valid(point: &[f64; 3]) -> bool {
     point.iter().all(|x| x.abs() <= f64::MAX_COORDINATE)
 }
 

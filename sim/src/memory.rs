@@ -3,8 +3,8 @@
 //! All of it is kept in the frame in which the obstacle's field stands still. Let w be the longest way of an element's corners since it
 //! was searched.
 //!
-//! - **It had no contact.** Then the search found φ above the margin it was asked with, which `auto` and `certified` prove unless their
-//!   budget ends, and φ is above that margin − slope bound · w now.
+//! - **It had no contact.** Then φ was above the margin that the search was given: `auto` and `certified` prove that, unless their budget
+//!   ends. Now φ is above that margin − slope bound · w.
 //! - **It had one.** As long as w is at most [`Query::hold`](crate::Query::hold), the same point of the element and the same plane stay;
 //!   the gap is measured anew. The element's true minimum is below that by no more than 2 · slope bound · hold.
 //! - **It is searched anew.** The points where it touched before are evaluated again and stay contacts, three at most. A face that

@@ -131,7 +131,7 @@ fn worst_error(name: &str, mesh: &Mesh, baked: &Baked, random: &mut Random) -> f
         let most = 7.0 * 3.0_f64.sqrt() * baked.lattice.spacing() / 254.0;
         assert!(coded.error_bound <= baked.grid.error_bound * 1.01 + most, "{name}: {}", coded.error_bound);
     }
-    let mut worst = 0.0_f64;
+    let (mut worst, mut deepest_pocket) = (0.0_f64, 0.0_f64);
     for _ in 0..3000 {
         let point = random.point_in_box(bounds.min, bounds.max);
         let exact = oracle::signed_distance(&corners, point);
@@ -140,6 +140,7 @@ fn worst_error(name: &str, mesh: &Mesh, baked: &Baked, random: &mut Random) -> f
         // Not proven: docs/error-bounds.md has what is known of pockets without a node.
         let depth = exact.abs() / baked.lattice.spacing();
         assert!(!is_in_pocket || depth < 3.0_f64.sqrt(), "{name}: a pocket {depth} voxels deep at {point:?}");
+        deepest_pocket = if is_in_pocket { deepest_pocket.max(depth) } else { deepest_pocket };
         let exact = if is_in_pocket { of_cell } else { exact };
         let error = (field.value(point) - exact).abs();
         let bound = baked.grid.error_bound + rounding;
@@ -149,6 +150,9 @@ fn worst_error(name: &str, mesh: &Mesh, baked: &Baked, random: &mut Random) -> f
             assert!(error <= bound, "{name} in codes: {error} > {bound} at {point:?}");
         }
         worst = worst.max(error);
+    }
+    if deepest_pocket > 0.0 {
+        println!("{name}: a pocket {deepest_pocket:.2} voxels deep");
     }
     worst
 }

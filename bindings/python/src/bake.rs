@@ -166,7 +166,7 @@ fn bake_interruptible(
             }
             Err(RecvTimeoutError::Timeout) => {
                 let counts = (steps.done.load(Ordering::Relaxed), steps.total.load(Ordering::Relaxed));
-                // Before there is anything to count nothing is told.
+                // Nothing is told before the total is known.
                 let listener = progress.as_ref().filter(|_| counts.1 > 0);
                 let told = listener.map_or(Ok(()), |progress| progress.call1(counts).map(drop));
                 if let Err(error) = told.and_then(|()| py.check_signals()) {

@@ -65,8 +65,8 @@ impl Overlap {
         self.0.patch.map_or(0, |patch| patch.undefined_count)
     }
 
-    /// Is lower_bound within the tolerance of the deepest point? Not where the search ran out of evaluations, or of room for boxes that it
-    /// had yet to look at, as bowls and small tolerances may need: the bound holds all the same.
+    /// Is lower_bound within the tolerance of the deepest point? Not where the search ran out of evaluations: the bound holds all
+    /// the same.
     #[getter]
     fn converged(&self) -> bool {
         self.0.deepest.is_none_or(|deepest| deepest.converged)

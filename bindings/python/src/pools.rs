@@ -23,7 +23,7 @@ use crate::integers;
 static POOLS: Mutex<BTreeMap<(u32, usize), Arc<ThreadPool>>> = Mutex::new(BTreeMap::new());
 
 /// Pools that a process keeps: a program has one count of threads, or a few. Those in use are kept beside them.
-const MOST_POOLS: usize = 4;
+const MAX_POOLS: usize = 4;
 
 /// Runs `work` on so many threads, without the interpreter's lock; `None` stands for all cores.
 pub fn run<T: Send>(py: Python, threads: Option<i64>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
@@ -98,7 +98,7 @@ pub fn pool(_: Python, threads: Option<i64>) -> PyResult<Arc<ThreadPool>> {
     // Pools of the process that this one was forked from have no threads here that could end.
     let own = pools.range((key.0, 0)..=(key.0, usize::MAX));
     let unused = own.clone().find(|(_, pool)| Arc::strong_count(pool) == 1).map(|(key, _)| *key);
-    if let Some(unused) = unused.filter(|_| own.count() >= MOST_POOLS) {
+    if let Some(unused) = unused.filter(|_| own.count() >= MAX_POOLS) {
         pools.remove(&unused);
     }
     pools.insert(key, pool.clone());

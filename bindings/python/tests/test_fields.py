@@ -346,7 +346,7 @@ def test_overlap_of_two_fields(body):
     apart = body.overlap(sdftool.sphere(0.1), other_pose=([0, 0, 1.5], [0, 0, 0, 1]))
     assert apart.verdict == "separated" and apart.area == 0.0 and apart.points.shape == (0, 3)
     assert (apart.unknown, apart.complete, apart.converged, found.converged) == (0, True, True, True)
-    # A tolerance that takes more open boxes than there is room for: the bound holds, and converged says that it is not as near.
+    # Also with more open boxes than there is room for: the bound holds, and converged says whether it is as near.
     bowl, cylinder = sdftool.bowl(0.8, 0.2, 0.2), sdftool.cylinder(0.5, 0.4)
     smooth = cylinder.smooth_union(sdftool.ellipsoid([0.6, 0.3, 0.5]), 0.3)
     for tolerance in [1e-2, 1e-5]:

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use crate::args::MergeArgs;
 use crate::commands::bake::facts::warning;
-use crate::error_regions::SIGN_OF_CELLS;
+use crate::error_regions::proof;
 use crate::failure::misuse;
 use crate::mesh_input::is_standard_input;
 use crate::report::{Report, counted, counts, number, seconds};
@@ -30,7 +30,7 @@ pub fn run(args: &MergeArgs) -> Result<()> {
 fn report(args: &MergeArgs, grid: &GridOnDisk, time: f64) -> Report<Value> {
     let GridOnDisk { lattice, info, precision, slope_bound, slots, is_sign_continuous, .. } = grid;
     let file = fs::metadata(&args.output).map_or(0, |file| file.len());
-    let proof = if *is_sign_continuous { "proven".to_owned() } else { format!("proven {SIGN_OF_CELLS}") };
+    let proof = proof(*is_sign_continuous);
     let warning = warning(grid.thin_voxel());
     let mut rows = vec![
         ("mesh", format!("{}, {}", info.source.name, counted(info.source.triangles, "triangle"))),

@@ -73,8 +73,9 @@ const MAX_DEPTH: usize = 192;
 const DESCENT_STEPS: u32 = 48;
 
 impl<A: EnclosedSdf, B: EnclosedSdf> Pair<'_, A, B> {
-    /// Finds the deepest point. `scratch` holds the open boxes: a few hundred are enough for smooth bodies. If it is
-    /// too small, the answer has not converged, and its bound holds nevertheless.
+    /// Finds the deepest point. `scratch` holds the open boxes: a few hundred are enough for smooth bodies. With fewer than
+    /// it takes the search goes depth first and evaluates more; without room for a box a bisection the answer may not converge, and its
+    /// bound holds nevertheless.
     pub fn deepest<R: Float>(&self, search: &DepthSearch, scratch: &mut [BoxNode]) -> DeepestPoint<R> {
         let depth = MAX_DEPTH.min(scratch.len() / 4);
         let (stack, open) = scratch.split_at_mut_checked(depth).unwrap_or_default();

@@ -10,7 +10,6 @@ use sdf_field::{Baked, BakedFile, ErrorRegions, GridInfo, MeshReport, Topology};
 use serde_json::json;
 
 use crate::args::BakeArgs;
-use crate::error_regions::SIGN_OF_CELLS;
 use crate::mesh_input::MeshFacts;
 use crate::report::{counted, counts, number, seconds};
 use crate::{error_regions, memory};
@@ -91,7 +90,7 @@ pub fn rows(args: &BakeArgs, facts: &GridFacts, input: &MeshFacts, times: [f64; 
     let GridFacts { lattice, info, .. } = facts;
     let median =
         median_error(facts.errors).map_or(String::new(), |error| format!(", {} in half of the bricks", number(error)));
-    let proof = if facts.is_sign_continuous { "proven".to_owned() } else { format!("proven {SIGN_OF_CELLS}") };
+    let proof = error_regions::proof(facts.is_sign_continuous);
     let [read, bake, write] = times.map(seconds);
     let mut rows = vec![
         ("mesh", mesh_row(args, input, facts.mesh)),
