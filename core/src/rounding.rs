@@ -32,8 +32,12 @@ pub(crate) const CELL_COORDINATE: f64 = 16.0;
 /// L: the triangle's extent times the lengths of the factors.
 pub(crate) const PLANE_DISTANCE: f64 = 32.0;
 
-/// Directional derivative ∇φ·d over a cell, and the error of a direction that was projected into a plane. L: |∇φ| |d|.
+/// Directional derivative ∇φ·d over a cell. L: |∇φ| |d|.
 pub(crate) const DIRECTIONAL_DERIVATIVE: f64 = 1024.0;
+
+/// A vector that is projected into the plane of a triangle, by a normal whose direction is off by ε over the sine of an angle. L: the
+/// vector's length before, however little is left of it.
+pub(crate) const PROJECTED_VECTOR: f64 = 4096.0;
 
 /// sin² of the angle between two edges below which rounding dominates the normal of a triangle.
 pub(crate) const MIN_SINE_SQ: f64 = 1e-6;

@@ -8,7 +8,7 @@ use bricks::Bricks;
 use sdf_core::grid::sparse::{BRICK, NO_BRICK, Scale, Sparse, brick_counts};
 use sdf_core::grid::{BlockBounds, Dense, Grid, Lattice, Storage, WithBlockBounds, measure_slope_bound};
 use sdf_core::nalgebra::Vector3;
-use sdf_core::{EnclosedSdf, Goal, Interval};
+use sdf_core::{EnclosedSdf, Goal, Interval, Sdf};
 
 type Corners = [Vector3<f64>; 3];
 
@@ -157,6 +157,92 @@ fn the_exact_minimum_on_a_triangle_is_not_above_that_on_any_edge_or_cut() {
         }
     }
     assert!(counts.found > 8_000 && counts.proven > 7_000, "{} and {}", counts.found, counts.proven);
+}
+
+/// The lowest value at points of a triangle, in rows.
+fn lowest_sample<S: Storage>(grid: &Grid<S>, corners: &Corners) -> f64 {
+    const ROWS: u32 = 100;
+    let mut lowest = f64::INFINITY;
+    for i in 0..=ROWS {
+        for j in 0..=ROWS - i {
+            let [u, v] = [i, j].map(|index| f64::from(index) / f64::from(ROWS));
+            lowest = lowest.min(grid.value(corners[0] * (1.0 - u - v) + corners[1] * u + corners[2] * v));
+        }
+    }
+    lowest
+}
+
+/// Checks an answer in double and in single precision. In single precision it may end with nothing.
+fn is_not_above<S: Storage>(grid: &Grid<S>, corners: Corners, random: &Random) {
+    let lowest = lowest_sample(grid, &corners);
+    let exact = grid.exact_minimum(corners, Goal::exact()).unwrap();
+    let seed = random.0;
+    assert!(
+        exact.lower_bound <= lowest + 1e-12 && exact.value <= lowest + 1e-9,
+        "{seed}: {exact:?}, {lowest}, {corners:?}"
+    );
+    let single = corners.map(|corner| corner.map(|x| x as f32));
+    let lowest = lowest_sample(grid, &single.map(|corner| corner.map(f64::from)));
+    if let Some(exact) = grid.exact_minimum(single, Goal::exact()) {
+        assert!(f64::from(exact.lower_bound) <= lowest + 1e-12, "{seed}: {exact:?}, {lowest}, {single:?}");
+    }
+}
+
+/// Over a flat floor the gradient has no part along a level triangle but rounding: no direction is one of descent.
+#[test]
+fn a_bump_under_the_middle_of_a_level_triangle_is_found() {
+    let mut random = Random(20_261_129);
+    for (nodes, bump) in [([10, 10, 10], [6, 2]), ([30, 30, 12], [20, 6])] {
+        for _ in 0..100 {
+            let spacing = 0.1 * random.between(0.5, 2.0);
+            let lattice = Lattice::new([0.0; 3], spacing, nodes).unwrap();
+            let top = Vector3::from(lattice.node([bump[0], bump[1], 0]));
+            let mut samples = vec![];
+            for node in self::nodes(nodes) {
+                let point = Vector3::from(lattice.node(node));
+                let along = point - top;
+                samples.push((point.z - 3.0 * spacing - (1.5 * spacing - along.x.hypot(along.y)).max(0.0)) as f32);
+            }
+            let dense = Dense::new(&lattice, &samples[..]).unwrap();
+            let grid = Grid::new(lattice, dense, measure_slope_bound(&lattice, &dense)).unwrap();
+            let [near, far] = [random.between(0.1, 0.4), f64::from(nodes[0]) - 1.0 - random.between(0.1, 0.4)];
+            let z = random.between(5.0, 7.0) * spacing;
+            let at = |x: f64, y: f64| Vector3::new(x * spacing, y * spacing, z);
+            is_not_above(&grid, [at(near, near), at(far, near), at(near, far)], &random);
+        }
+    }
+}
+
+/// Noise, and triangles in the upper face of the box, in the plane of a diagonal through columns of nodes, and next to these by rounding.
+#[test]
+fn a_triangle_within_rounding_of_a_face_of_cells_is_searched_on_all_of_it() {
+    let mut random = Random(20_261_130);
+    for round in 0..600 {
+        let nodes = [10, if round % 2 == 0 { 4 } else { 10 }, 10];
+        let origin = if round % 4 < 2 { 0.0 } else { 1e5 };
+        let lattice = Lattice::new([origin; 3], 0.1, nodes).unwrap();
+        let samples: Vec<f32> = (0..lattice.node_count()).map(|_| random.between(-0.1, 0.1) as f32).collect();
+        let dense = Dense::new(&lattice, &samples[..]).unwrap();
+        let grid = Grid::new(lattice, dense, measure_slope_bound(&lattice, &dense)).unwrap();
+        let [min, max] = [lattice.bounds().min, lattice.bounds().max].map(Vector3::from);
+        let corners: Corners = std::array::from_fn(|corner| {
+            let along = |axis: usize, t: f64| (min[axis] + 0.9 * t).clamp(min[axis], max[axis]);
+            let [s, t] = [random.next(), random.next()];
+            match round % 2 {
+                0 if corner < 2 => Vector3::new(along(0, s), max.y, along(2, t)),
+                0 => Vector3::new(along(0, s), max.y.next_down(), along(2, t)),
+                _ => Vector3::new(along(0, s), along(1, 1.0 - s), along(2, t)),
+            }
+        });
+        if origin == 0.0 {
+            is_not_above(&grid, corners, &random);
+            continue;
+        }
+        // Coordinates round by 1e-11, and single precision has no digits left.
+        let lowest = lowest_sample(&grid, &corners);
+        let exact = grid.exact_minimum(corners, Goal::exact()).unwrap();
+        assert!(exact.lower_bound <= lowest, "{}: {exact:?}, {lowest}, {corners:?}", random.0);
+    }
 }
 
 /// Bounds of the samples at the nodes of each block.

@@ -81,10 +81,12 @@ impl<S: Storage> Grid<S> {
         }
         let triangle = GridTriangle::new(&self.lattice, corners.map(|corner| self.cell_coordinates(corner)))?;
         // Small processors have no memory for blocks, and answers in single precision are the same everywhere.
-        if cfg!(feature = "std") && R::EPSILON < 1e-10 && FEW_CELLS < triangle.extent {
+        let has_blocks = cfg!(feature = "std") && R::EPSILON < 1e-10;
+        let is_small = triangle.is_small();
+        if has_blocks && (FEW_CELLS < triangle.extent || !is_small) {
             return self.minimum_by_blocks(&triangle, corners, goal);
         }
-        if !triangle.is_small() {
+        if !is_small {
             return None;
         }
         if !S::IS_COPIED {

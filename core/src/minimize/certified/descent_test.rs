@@ -24,7 +24,7 @@ impl<R: Float> DescentTest<R> {
         let (first, other) = (b - a, c - a);
         let second = other - project(first, other);
         // The plane of a sliver is known by rounding alone: then only the direction of one edge is used.
-        let is_well_conditioned = norm(other) * R::from_f64(1e-3) < norm(second);
+        let is_well_conditioned = norm(other) * R::from_f64(4e-3) < norm(second);
         Self { basis: [first, if is_well_conditioned { second } else { Vector3::zeros() }] }
     }
 

@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 
 use super::grid_triangle::GridTriangle;
 use crate::number::{Float, Real};
-use crate::rounding::{DIRECTIONAL_DERIVATIVE, MIN_SINE_SQ};
+use crate::rounding::{DIRECTIONAL_DERIVATIVE, MIN_SINE_SQ, PROJECTED_VECTOR};
 
 /// Length of a direction, in cells, below which f32 holds too few of its digits.
 const SHORTEST: f64 = 1e-30;
@@ -47,12 +47,10 @@ impl<R: Float> Directions<R> {
         };
         let directions = [u, v, c - b, uphill];
         let unit_rounding = slope_bound * R::from_f64(DIRECTIONAL_DERIVATIVE * R::EPSILON);
-        Self {
-            x: directions.map(|d| d.x),
-            y: directions.map(|d| d.y),
-            z: directions.map(|d| d.z),
-            rounding: directions.map(|d| (d.x.abs() + d.y.abs() + d.z.abs()) * unit_rounding),
-        }
+        let mut rounding = directions.map(|d| sum_of_magnitudes(d) * unit_rounding);
+        // Of a gradient along the normal little but rounding is left, and that points out of the plane.
+        rounding[3] += sum_of_magnitudes(gradient) * slope_bound * R::from_f64(PROJECTED_VECTOR * R::EPSILON);
+        Self { x: directions.map(|d| d.x), y: directions.map(|d| d.y), z: directions.map(|d| d.z), rounding }
     }
 }
 
@@ -68,9 +66,17 @@ impl<R: Float> Directions<R> {
         };
         let (x, y, z): ([f32; 4], [f32; 4], [f32; 4]) = (single(&self.x), single(&self.y), single(&self.z));
         let unit_rounding = slope_bound.to_single() * (DIRECTIONAL_DERIVATIVE * <f32 as Real>::EPSILON) as f32;
-        let rounding = core::array::from_fn(|k| (x[k % 4].abs() + y[k % 4].abs() + z[k % 4].abs()) * unit_rounding);
+        let rounding = core::array::from_fn(|k| {
+            let length = x[k % 4].abs() + y[k % 4].abs() + z[k % 4].abs();
+            length * unit_rounding + self.rounding[k % 4].to_single()
+        });
         Directions { x, y, z, rounding }
     }
+}
+
+#[inline(always)]
+fn sum_of_magnitudes<R: Float>(vector: Vector3<R>) -> R {
+    vector.x.abs() + vector.y.abs() + vector.z.abs()
 }
 
 /// Interval of ∇φ·d for each of the [`Directions`], over some part of the grid.

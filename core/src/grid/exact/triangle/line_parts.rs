@@ -163,7 +163,8 @@ impl<R: Float> LineParts<R> {
                 let (d, lower) = (self.direction[k][lane], self.cell[k][lane] - self.start[k][lane]);
                 let upper = lower + one;
                 let inverse = one / d;
-                let (t_lower, t_upper) = (lower * inverse, upper * inverse);
+                // A line within rounding of a face of cells belongs to those of both sides.
+                let (t_lower, t_upper) = ((lower - rounding) * inverse, (upper + rounding) * inverse);
                 let is_level = d == zero;
                 is_none = R::select(is_level, R::select(rounding < lower, one, is_none), is_none);
                 is_none = R::select(is_level, R::select(upper < -rounding, one, is_none), is_none);
