@@ -61,6 +61,9 @@ pub struct Seconds {
     pub solve: f64,
 }
 
+/// Rounding of energies, as a fraction of them: some million operations.
+const ENERGY_ROUNDING: f64 = 1e-9;
+
 impl Figures {
     /// Figures that are wanted and missed: name, value and limit. A value that is not known is missed, as NaN.
     pub fn missed(&self, reach: &Reach) -> BTreeMap<&'static str, [f64; 2]> {
@@ -105,10 +108,11 @@ impl Figures {
     }
 
     /// Most that the energy exceeded the start, over the most that it fell, or without a loss, as in free flight, over the kinetic energy at
-    /// the start. Without either, any gain is 1.
+    /// the start. Without either, any gain is 1 that is more than rounding.
     pub(super) fn energy_gain([start, highest, lowest]: [f64; 3], kinetic_at_start: f64) -> f64 {
         let (gain, scale) = (highest - start, (start - lowest).max(kinetic_at_start));
-        if scale > 0.0 { gain / scale } else { f64::from(u8::from(gain > 0.0)) }
+        let rounding = ENERGY_ROUNDING * start.abs().max(highest.abs());
+        if scale > rounding { gain / scale } else { f64::from(u8::from(gain > rounding)) }
     }
 
     /// Counts deep faces, if there are more of them or a deeper one than before.

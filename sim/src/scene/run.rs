@@ -126,6 +126,8 @@ impl<'a> Run<'a> {
     fn new(spec: &'a SceneSpec, stage: &Stage, method: ElementMethod, threads: Threads) -> Self {
         let query = Query {
             method: method.method,
+            // Patches that leave on one side, surfaces without an inside and the baseline of four samples are told by faces alone.
+            struck_vertices: !spec.choose_side && !method.surface_only && method.method != Method::Sampling(4),
             thickness: spec.thickness,
             friction: spec.friction,
             hold: HOLD * spec.thickness,
@@ -186,13 +188,16 @@ impl<'a> Run<'a> {
             for (number, obstacle) in obstacles.iter().enumerate() {
                 let sides = &mut self.sides[index];
                 let memory = self.memories.entry((index, number)).or_default();
-                if self.spec.choose_side {
+                // A body has an inside, and leaves whole.
+                let is_sheet = matches!(surface.carrier, Carrier::Particles { .. }) && !surface.faces.is_empty();
+                let choose_side = self.spec.choose_side && is_sheet;
+                if choose_side {
                     // A patch is led by where it touches now: points from before hold it back.
                     *memory = Memory::default();
                 }
                 let (motion, first) = (motion.toward(gain), self.contacts.contacts.len());
                 query.find_guided(obstacle, surface, world, &motion, memory, &mut self.contacts, |found| {
-                    if self.spec.choose_side && !self.only_vertices && self.hulls.is_empty() {
+                    if choose_side && !self.only_vertices && self.hulls.is_empty() {
                         choose_sides(found, surface, &surface.points(world), self.spec.thickness, sides);
                     }
                 })?;

@@ -1,6 +1,6 @@
 //! Sheets: at rest on a grid, and stiff ones by passes one way and there and back.
 
-use sdf_core::shapes::Torus;
+use sdf_core::shapes::{HalfSpace, Torus};
 use sdf_field::{BakeOptions, Field, GridSize, MeshView, Method, Threads};
 use sdf_procedural::{Sheet, SpikedBall};
 use sdf_sim::{Contacts, Elements, Memory, Motion, Passes, Query, Surface, World, cloth};
@@ -199,6 +199,32 @@ fn faces_keep_a_coarse_sheet_off_thin_spikes_and_vertices_do_not() {
     println!("deep: faces {faces}, vertices {vertices}");
     assert_eq!(faces, 0);
     assert!(vertices > 5, "{vertices}");
+}
+
+/// Of a face that comes down level any point is the lowest: the others must not go on until the next search.
+#[test]
+fn no_vertex_of_a_level_sheet_passes_a_floor() {
+    let thickness = 0.004;
+    let lowest = |cells, speed: f64, struck_vertices| {
+        let floor = Field::new(HalfSpace::new([0.0, 0.0, 1.0], 0.0).unwrap());
+        let mut run = Run::new(&sheet(cells, 1.0, 0.02), 10);
+        run.world.v.iter_mut().for_each(|velocity| velocity.z = -speed);
+        let query = Query { struck_vertices, thickness, ..Query::default() };
+        let frames = (0..20).map(|_| {
+            run.frame(&floor, &query);
+            run.world.x.iter().map(|x| x.z).fold(f64::INFINITY, f64::min)
+        });
+        frames.fold(f64::INFINITY, f64::min)
+    };
+    for cells in [1, 2, 5, 8, 13] {
+        for speed in [0.0, 1.0, 3.0, 10.0] {
+            let above = lowest(cells, speed, true);
+            // What touches already sinks in a frame by the thickness and what it falls, at most.
+            let fall = 0.5 * 9.81 / 3600.0;
+            assert!(above > -1.5 * fall, "{cells} cells at {speed}: down to {above}");
+        }
+    }
+    assert!(lowest(1, 3.0, false) < -10.0 * thickness);
 }
 
 #[test]
