@@ -71,7 +71,10 @@ def check_frames(sdftool, scene, folder):
 def check_interrupted(sdftool, scene, folder, number):
     """What a signal leaves can be read, and moves."""
     run = folder / f"ended{number}.vtkhdf"
-    process = subprocess.Popen([sdftool, "simulate", scene, "--small", "--frames", "100000", "-o", run], stderr=subprocess.PIPE)
+    # A shell's background jobs ignore Ctrl-C.
+    listen = lambda: signal.signal(number, signal.SIG_DFL)
+    words = [sdftool, "simulate", scene, "--small", "--frames", "100000", "-o", run]
+    process = subprocess.Popen(words, stderr=subprocess.PIPE, preexec_fn=listen)
     deadline = time.monotonic() + 120
     while not run.exists():
         assert time.monotonic() < deadline and process.poll() is None, "nothing was recorded"

@@ -44,8 +44,8 @@ impl TetFrame {
         let Some(found) = inverse(&edges) else { return Self::ILL_CONDITIONED };
         // Weights are off by D⁻¹ D − 1 times themselves.
         let residual = (found * edges - Matrix3::identity()).amax();
-        // Of the inverse, whose entries are not smaller than their reciprocal lengths.
-        let determinant = found.determinant();
+        // Of the inverse over its largest entry: lengths cubed may be no numbers.
+        let determinant = (found / found.amax()).determinant();
         let is_good = residual <= TET_RESIDUAL && determinant.is_finite();
         if is_good { Self { inverse: found, determinant } } else { Self::ILL_CONDITIONED }
     }

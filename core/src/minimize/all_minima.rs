@@ -8,7 +8,8 @@
 //!    cell, it is the minimum there. Cells whose lower bound is above the level are dropped.
 //! 2. `leads_lower`: flood the cells around each target over corners at most ε/3 above it. A target from which that
 //!    reaches a lower one is not a minimum.
-//! 3. `descend`: search the cells around each target that is left. `is_one_basin`: two ends count as one minimum if the
+//! 3. `descend`: search the cells around each target that is left, and those around the point found, until none is lower. A path leads
+//!    there that rises by at most ε/3, over the targets of these cells. `is_one_basin`: two ends count as one minimum if the
 //!    straight path between them provably rises by at most ε/3 above the higher.
 //!
 //! This finds the minima of a merge tree whose persistence is above ε (Edelsbrunner, Letscher and Zomorodian 2002,
@@ -45,6 +46,9 @@ impl Default for AllMinima {
 
 /// Parts of the straight path between two minima that are bounded one by one.
 const PATH_PARTS: u32 = 16;
+
+/// Most groups of cells through which a descent leads.
+const MAX_DESCENTS: u32 = 64;
 
 /// A cell of the subdivision: the element of [`AllMinima::minima`]'s scratch buffer.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -308,12 +312,22 @@ impl<R: Float, F: EnclosedSdf, const N: usize> MinimaSearch<'_, R, F, N> {
         CellMinimum { target, lower_bound: minimum.lower_bound }
     }
 
-    /// The lowest point found in the cells around a target.
+    /// The lowest point found in the cells around a target, then around that point, until none is lower: of a point on the border of what
+    /// was searched φ may fall further beyond it.
     fn descend(&mut self, target: &WeightedValue<R, N>, cells: &[SimplexCell<R, N>]) -> Minimum<R, N> {
-        let mut best = *target;
-        for cell in cells.iter().filter(|cell| cell.part.contains(&target.weights)) {
-            let lowest = self.cell_minimum(&cell.part).target;
-            best = if lowest.value < best.value { lowest } else { best };
+        let (mut best, mut before) = (*target, None);
+        for _ in 0..MAX_DESCENTS {
+            let from = best;
+            let is_searched = |cell: &SimplexCell<R, N>| before.is_some_and(|weights| cell.part.contains(&weights));
+            for cell in cells.iter().filter(|cell| cell.part.contains(&from.weights) && !is_searched(cell)) {
+                let lowest = self.cell_minimum(&cell.part).target;
+                best = if lowest.value < best.value { lowest } else { best };
+            }
+            let is_lower = best.value < from.value;
+            if !is_lower {
+                break;
+            }
+            before = Some(from.weights);
         }
         let point = self.simplex.point(best.weights);
         let sample = self.field.evaluate(point);

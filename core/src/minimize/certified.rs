@@ -112,12 +112,13 @@ struct Slack<R> {
     rounding: R,
 }
 
-/// The lower value and the higher bound of two searches.
+/// The lower value and the higher bound of two searches. What has converged at the tolerance of one is known as well with a lower value.
 #[inline(never)]
 fn join<R: Float, const N: usize>(a: &Minimum<R, N>, b: &Minimum<R, N>) -> Minimum<R, N> {
     let lowest = if b.sample.value < a.sample.value { *b } else { *a };
     Minimum {
         lower_bound: Real::max(a.lower_bound, b.lower_bound),
+        converged: a.converged || b.converged,
         evaluations: a.evaluations + b.evaluations,
         ..lowest
     }

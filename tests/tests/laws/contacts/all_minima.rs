@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use sdf_core::combine::Union;
 use sdf_core::minimize::{AllMinima, Certified, MinimaSummary, Minimum, SimplexCell};
 use sdf_core::placed::{Placed, Rigid};
-use sdf_core::shapes::Sphere;
+use sdf_core::shapes::{Sphere, Torus};
 use sdf_core::{EnclosedSdf, Float, Sdf, Simplex};
 use sdf_tests::oracle::{cast, lattice_weights, random_simplex};
 use sdf_tests::random::Random;
@@ -267,4 +267,14 @@ fn converged_minima_are_the_lowest_to_within_the_tolerance() {
         }
     }
     assert!(converged > 20 && others > 20, "{converged} and {others}");
+}
+
+/// No bound of a torus proves how far a way on it rises: the descent goes on past the border of what it searched.
+#[test]
+fn an_edge_that_comes_down_to_a_torus_has_one_minimum() {
+    let torus = Torus::new(1.0, 0.25).unwrap();
+    let corners = [[0.448, -0.647, -0.138], [0.036, -0.702, -1.609], [0.601, -0.614, -1.246]].map(Vector3::from);
+    let (found, minima) = minima::<f64, 3>(&AllMinima::default(), &torus, &Simplex { corners }, 0.1, CELLS);
+    assert!(found.is_complete);
+    assert_eq!(minima.iter().map(|minimum| minimum.weights).collect::<Vec<_>>(), [[1.0, 0.0, 0.0]], "{minima:?}");
 }
