@@ -114,6 +114,8 @@ impl Command {
 }
 
 /// Make a spiky body and a cloth over it, bake, find contacts and draw them.
+///
+/// Writes, or replaces, body.obj, cloth.obj, body.sdf.h5, contacts.csv and contacts.png.
 #[derive(Debug, Parser)]
 pub struct DemoArgs {
     /// The folder to write into; it is made if missing.

@@ -9,7 +9,7 @@ use anyhow::Context;
 use clap::error::ErrorKind as Usage;
 use serde_json::json;
 
-use crate::report::print_json;
+use crate::report::{complain, print_json};
 
 /// Prints help, the version, or what is wrong with the arguments. Returns the exit status: 2 for wrong arguments.
 pub fn end_on_usage(error: &clap::Error) -> ExitCode {
@@ -70,7 +70,7 @@ pub fn report(error: &anyhow::Error) {
     if is_json_wanted() && !error.is::<FleetFailure>() && !error.is::<Mismatch>() {
         print_object(&sentence);
     }
-    eprintln!("sdftool: {sentence}");
+    complain(&sentence);
 }
 
 /// Some of several meshes were not baked.

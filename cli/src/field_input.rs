@@ -8,6 +8,11 @@ use sdf_formats::field_file::{self, OpenField};
 
 use crate::mesh_input::{bytes, is_device, is_standard_input, shown};
 
+/// `true` for a file that is a field and not a mesh. What standard input has is not known yet.
+pub fn is_field(path: &Path) -> bool {
+    !is_standard_input(path) && field_file::is_field(path)
+}
+
 /// The field of a file, or of standard input; of a grid, the samples are not read yet.
 pub fn open(path: &Path) -> Result<OpenField<'static>> {
     if is_standard_input(path) {
@@ -15,7 +20,7 @@ pub fn open(path: &Path) -> Result<OpenField<'static>> {
     }
     // What was read of a pipe to know its kind would be lost. Folders and devices have errors of their own.
     if path.exists() && !path.is_file() && !path.is_dir() && !is_device(path) {
-        bail!("{}: not a regular file: give `-` and the field on standard input", path.display());
+        bail!("{}: not a regular file: give `-` and the field on standard input", shown(path));
     }
     Ok(field_file::open(path)?)
 }
@@ -34,7 +39,7 @@ pub fn check_margin(path: &Path, field: &Field, options: &ContactOptions) -> Res
     options.check_margin(field).map_err(|error| {
         let advice =
             if error.is_too_deep() { ", or find contacts of a mesh by `contacts` with --complete" } else { "" };
-        anyhow!("{}: {error}{advice}", path.display())
+        anyhow!("{}: {error}{advice}", shown(path))
     })
 }
 
@@ -49,6 +54,6 @@ pub fn from_shapes(path: &Path, shapes: AnyField, options: &ContactOptions) -> R
 pub fn from_blob(path: &Path, blob: StoredBlob, margin: f64) -> Result<Field> {
     let field = Field::from_blob(blob);
     let checked = field.info().map_or(Ok(()), |info| info.check_margin(margin));
-    checked.with_context(|| path.display().to_string())?;
+    checked.with_context(|| shown(path))?;
     Ok(field)
 }

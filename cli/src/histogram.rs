@@ -32,7 +32,8 @@ impl Histogram<'_> {
     }
 
     fn svg(&self) -> String {
-        let largest = self.errors.iter().copied().fold(self.bound.unwrap_or(0.0), f64::max);
+        let bound = self.bound.filter(|bound| bound.is_finite());
+        let largest = self.errors.iter().copied().fold(bound.unwrap_or(0.0), f64::max);
         let end = if largest > 0.0 { largest * 1.05 } else { 1.0 };
         let mut counts = [0_usize; BARS];
         for error in self.errors {
@@ -88,7 +89,7 @@ impl Histogram<'_> {
             self.unit,
             self.errors.len()
         );
-        if let Some(bound) = self.bound {
+        if let Some(bound) = bound {
             let x = across(bound);
             let _ = writeln!(
                 svg,

@@ -70,7 +70,7 @@ fn run(command: &Command) -> anyhow::Result<()> {
         Command::Bake(args) if args.fleet.is_wanted() => commands::bake_many::run(args),
         Command::Bake(args) => commands::bake::run(args),
         Command::Merge(args) => commands::merge::run(args),
-        Command::Contacts(args) if sdf_formats::field_file::is_field(&args.mesh) => commands::overlap::run(args),
+        Command::Contacts(args) if field_input::is_field(&args.mesh) => commands::overlap::run(args),
         Command::Contacts(args) => commands::contacts::run(args),
         Command::Compare(args) => commands::compare::run(args),
         Command::Eval(args) => commands::eval::run(args),

@@ -1,8 +1,9 @@
 use std::fmt::Write;
 use std::time::Duration;
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
+use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::args::Threads;
 
@@ -31,6 +32,11 @@ fn share_done(done: u64, total: u64, left: Duration) -> String {
 
 /// Runs `work` on a pool with the given number of threads.
 pub fn on_threads<T: Send>(threads: Threads, work: impl FnOnce() -> T + Send) -> Result<T> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.count.map_or(0, usize::from)).build()?;
-    Ok(pool.install(work))
+    Ok(pool(threads.count.map_or(0, usize::from))?.install(work))
+}
+
+/// A pool with the given number of threads; 0 stands for all cores.
+pub fn pool(threads: usize) -> Result<ThreadPool> {
+    let pool = ThreadPoolBuilder::new().num_threads(threads).build();
+    pool.context("cannot start all threads: give a smaller --threads, or raise the limit of processes")
 }

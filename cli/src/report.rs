@@ -73,7 +73,12 @@ pub fn point_at(point: [f64; 3], distance: f64) -> String {
 
 /// Prints a line on standard error that a person should see, whatever is on standard output.
 pub fn warn(sentence: &str) {
-    eprintln!("sdftool: warning: {sentence}");
+    complain(&format!("warning: {sentence}"));
+}
+
+/// Prints a line on standard error, if that can be written to.
+pub fn complain(sentence: &str) {
+    let _ = writeln!(stderr(), "sdftool: {sentence}");
 }
 
 /// A count with its noun, which takes an s: "1 triangle", "2 triangles".

@@ -4,13 +4,14 @@
 //! it at once, unless it comes within half a second: one Ctrl-C may be two, where a process group gets it and a supervisor sends SIGTERM.
 //!
 //! On Unix the signals are blocked, and a thread waits for them: a handler would not be told which one came. SIGXFSZ is blocked, too,
-//! and nobody waits for it: a write beyond the file size limit (`ulimit -f`) fails with an error, as on a full disk.
+//! and nobody waits for it: a write beyond the file size limit (`ulimit -f`) fails with an error, as on a full disk. What the program is
+//! started to ignore, as `nohup` does with SIGHUP, it goes on ignoring.
 
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 use std::time::{Duration, Instant};
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 
 /// Is the next signal deferred?
 static IS_DEFERRED: AtomicBool = AtomicBool::new(false);
@@ -47,19 +48,32 @@ fn is_deferred(status: u8) -> bool {
 #[cfg(unix)]
 pub fn end_with<T>(clean_up: impl Fn() -> T + Send + 'static) -> Result<()> {
     use nix::sys::signal::{SigSet, Signal};
-    let signals: SigSet = [Signal::SIGINT, Signal::SIGTERM, Signal::SIGHUP].into_iter().collect();
+    let ignored = ignored();
+    let is_wanted = |signal: &Signal| ignored >> (*signal as i32 - 1) & 1 == 0;
+    let signals: SigSet = [Signal::SIGINT, Signal::SIGTERM, Signal::SIGHUP].into_iter().filter(is_wanted).collect();
     signals.thread_block()?;
     SigSet::from(Signal::SIGXFSZ).thread_block()?;
-    std::thread::Builder::new().spawn(move || {
-        while let Ok(signal) = signals.wait() {
-            let status = 128 + signal as i32;
-            if !is_deferred(status as u8) {
-                let _held = clean_up();
-                std::process::exit(status);
+    std::thread::Builder::new()
+        .spawn(move || {
+            while let Ok(signal) = signals.wait() {
+                let status = 128 + signal as i32;
+                if !is_deferred(status as u8) {
+                    let _held = clean_up();
+                    std::process::exit(status);
+                }
             }
-        }
-    })?;
+        })
+        .context("cannot start a thread")?;
     Ok(())
+}
+
+/// The signals that the program is started to ignore, from the lowest bit on; none where the system does not say. A blocked signal comes
+/// even where it is ignored.
+#[cfg(unix)]
+fn ignored() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or(0)
 }
 
 /// Calls `clean_up` and ends the program with status 130 at Ctrl-C.

@@ -230,7 +230,11 @@ fn dropped(report: &MeshReport) -> String {
         (report.degenerate_triangles, "face without area, dropped", "faces without area, dropped"),
         (report.merged_points, "vertex welded to another", "vertices welded to others"),
         (report.capped_loops, "boundary loop capped", "boundary loops capped"),
-        (report.open_loops, "boundary loop too large to cap", "boundary loops too large to cap"),
+        (
+            report.open_loops,
+            "boundary loop not capped, too large or not to be closed",
+            "boundary loops not capped, too large or not to be closed",
+        ),
         (
             report.entangled_shells,
             "shell crosses or touches itself: its faces inside of the solid count",

@@ -36,8 +36,10 @@ pub struct MethodReport {
 /// All methods on one mesh and one field.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Comparison {
-    /// Elements searched.
+    /// Elements of the mesh.
     pub elements: usize,
+    /// Elements that were skipped, see [`Contacts::not_finite_count`].
+    pub not_finite: usize,
     /// Contacts of the reference.
     pub contacts: usize,
     /// Contacts of the reference whose lowest φ is proven: its lower bound is within tolerance · slope bound · longest edge of the element, or
@@ -133,6 +135,7 @@ impl Field {
         let good = reports.iter().filter(is_good).filter(|_| !reference.contacts.is_empty());
         Ok(Comparison {
             elements: reference.element_count,
+            not_finite: reference.not_finite_count,
             contacts: reference.contacts.len(),
             proven,
             recommended: recommended(good),

@@ -4,8 +4,9 @@
 //! A sparse grid's bricks become NanoVDB leaves as they are, and a blob is the grid itself; the other formats hold a sample for every
 //! node. Closed forms are sampled first.
 
+mod error;
+
 use std::borrow::Cow;
-use std::fmt;
 use std::path::{Path, PathBuf};
 
 use sdf_bake::{DenseGrid, lattice_around};
@@ -16,6 +17,8 @@ use sdf_core::{Aabb, Interval, Sdf};
 pub use sdf_formats::export::ExportFormat;
 use sdf_formats::export::{self, RawFacts};
 use sdf_formats::{atomic_write, blob_file};
+
+pub use error::ExportError;
 
 use crate::bake::inside::has_inside;
 use crate::reach::{Boxes, Reach};
@@ -77,93 +80,6 @@ pub struct Written {
     pub files: Vec<PathBuf>,
 }
 
-/// Why a field cannot be exported.
-#[derive(Debug)]
-#[non_exhaustive]
-pub enum ExportError {
-    /// The closed form has no box to sample.
-    Unbounded,
-    /// The box cannot be cut into so many cells.
-    NoLattice,
-    /// [`ExportOptions::cells`] or [`ExportOptions::band`] is 0.
-    NoCells(&'static str),
-    /// A value of the field is not finite, or too large for f32.
-    NotFinite,
-    /// The file's numbers are f32, which does not hold the field's box or its voxels.
-    OutsideSingle {
-        /// The largest coordinate or side of the box where it is too large, else the voxel.
-        size: f64,
-    },
-    /// There is not so much memory.
-    TooLarge {
-        /// Nodes along each axis.
-        nodes: [u32; 3],
-        /// Memory that is needed, in bytes.
-        bytes: f64,
-        /// Memory that is free, in bytes.
-        free: f64,
-    },
-    /// φ is nowhere 0 between the nodes, or nowhere within the band.
-    NoSurface {
-        /// Nodes along each axis. Between more of them the field may have a surface, if it is not a grid with these.
-        nodes: [u32; 3],
-    },
-    /// The surface lies beyond the band or the box of a grid that the field is made of.
-    BeyondBand,
-    /// A number of the grid is too large for f32, or there are more bricks than u32 counts.
-    NotABlob,
-    /// The file could not be written.
-    Unwritable(PathBuf, std::io::Error),
-}
-
-impl fmt::Display for ExportError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Unbounded => f.write_str("the field is unbounded: intersect it with a box"),
-            Self::NoLattice => f.write_str("its box cannot be cut into so many cells: use fewer"),
-            Self::NoCells(what) => write!(f, "{what}: give 1 cell or more"),
-            Self::NotFinite => {
-                f.write_str("the field is not finite everywhere in its box, or too large there for f32: scale it")
-            }
-            Self::OutsideSingle { size } if *size > 1.0 => {
-                write!(
-                    f,
-                    "its box reaches {size:.1e}, too large for f32, which the samples and points are: scale the field"
-                )
-            }
-            Self::OutsideSingle { size } => {
-                write!(
-                    f,
-                    "its voxels of {size:.1e} are too small for f32, which the samples and points are: scale the field"
-                )
-            }
-            Self::TooLarge { nodes: [x, y, z], bytes, free } => {
-                write!(f, "{x} × {y} × {z} nodes need {bytes:.0} bytes, and {free:.0} are free: use fewer cells")
-            }
-            Self::NoSurface { nodes: [x, y, z] } => {
-                write!(
-                    f,
-                    "the surface is empty: between {x} × {y} × {z} nodes the distance is nowhere 0, use more cells"
-                )
-            }
-            Self::BeyondBand => f.write_str(BEYOND_GRIDS),
-            Self::NotABlob => {
-                f.write_str("a number of the grid is too large for a blob, whose numbers are f32: change the unit")
-            }
-            Self::Unwritable(path, _) => write!(f, "{}", path.display()),
-        }
-    }
-}
-
-impl std::error::Error for ExportError {
-    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
-        match self {
-            Self::Unwritable(_, error) => Some(error),
-            _ => None,
-        }
-    }
-}
-
 /// Cells along the longest side of a closed form.
 const DEFAULT_CELLS: u32 = 128;
 
@@ -190,12 +106,14 @@ impl Field {
         let path = path.as_ref();
         let exported = self.export(format, options)?;
         let mut files = vec![path.to_owned()];
-        write(path, &exported.bytes)?;
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        if let Some(text) = exported.description(&name) {
-            let beside = description_path(path);
-            write(&beside, text.as_bytes())?;
-            files.push(beside);
+        match exported.description(&name) {
+            Some(text) => {
+                let beside = description_path(path);
+                write_described(path, &exported.bytes, &beside, text.as_bytes())?;
+                files.push(beside);
+            }
+            None => write(path, &exported.bytes)?,
         }
         let Exported { lattice, band, has_lost_surface, .. } = exported;
         Ok(Written { lattice, band, has_lost_surface, files })
@@ -274,8 +192,14 @@ impl Field {
         // An open mesh has no inside to lose.
         let has_lost_surface = is_sampled && !has_inside(&grid) && self.grid().is_none_or(|own| has_inside(own));
         let name = if options.name.is_empty() { "distance" } else { &options.name };
+        let stored = grid.storage().brick_count().map_or(lattice.node_count() as f64, |bricks| 512.0 * bricks as f64);
         if let ExportFormat::Blob | ExportFormat::C | ExportFormat::Rust = format {
+            // Samples of another type, and those in the blob.
+            require_bytes(&lattice, 8.0 * stored)?;
             let blob = self.blob(&grid, options).ok_or(ExportError::NotABlob)?;
+            if format != ExportFormat::Blob {
+                require_bytes(&lattice, 4.1 * blob.len() as f64)?;
+            }
             let about = about_blob(&grid, &blob, options);
             let bytes = match format {
                 ExportFormat::C => export::c_table(&blob, name, &about).into_bytes(),
@@ -285,6 +209,10 @@ impl Field {
             return Ok(Exported { has_lost_surface, ..Exported::new(bytes, lattice) });
         }
         if format == ExportFormat::Nvdb {
+            // Leaves of a sparse grid; of a dense one few of its bricks become leaves.
+            if grid.storage().brick_count().is_some() {
+                require_bytes(&lattice, 4.5 * stored)?;
+            }
             let cells = options.band.map_or(f64::from(PADDING), f64::from);
             // Outside of a grid's own box, where a moved lattice or a rounded number of cells reaches, values are no distances.
             let is_within = self.grid().is_some_and(|own| own.lattice().bounds().encloses(&lattice.bounds()));
@@ -334,6 +262,7 @@ impl Field {
     }
 
     fn glb(&self, lattice: &Lattice) -> Result<Vec<u8>, ExportError> {
+        require_bytes(lattice, SurfaceMesh::estimated_bytes(lattice.cells().map(f64::from)))?;
         let SurfaceMesh { points, triangles } = self.surface(0.0, lattice, Threads::ALL);
         if triangles.is_empty() {
             return Err(ExportError::NoSurface { nodes: lattice.nodes() });
@@ -368,6 +297,18 @@ pub fn description_path(path: &Path) -> PathBuf {
     name.into()
 }
 
+/// Writes a file and the one beside it that describes it: both, or neither if a disk is full.
+fn write_described(path: &Path, bytes: &[u8], beside: &Path, text: &[u8]) -> Result<(), ExportError> {
+    let mut at = path;
+    let written: std::io::Result<()> = atomic_write(path, |temporary| {
+        std::fs::write(temporary, bytes)?;
+        std::fs::OpenOptions::new().write(true).open(temporary)?.sync_all()?;
+        at = beside;
+        atomic_write(beside, |temporary| std::fs::write(temporary, text)).inspect(|()| at = path)
+    });
+    written.map_err(|error| ExportError::Unwritable(at.to_owned(), error))
+}
+
 fn write(path: &Path, bytes: &[u8]) -> Result<(), ExportError> {
     let written = atomic_write(path, |temporary| std::fs::write(temporary, bytes));
     written.map_err(|error| ExportError::Unwritable(path.to_owned(), error))
@@ -386,7 +327,10 @@ fn require_single(lattice: &Lattice, largest: f64) -> Result<(), ExportError> {
 }
 
 fn require(lattice: &Lattice, bytes_per_node: f64) -> Result<(), ExportError> {
-    let bytes = bytes_per_node * lattice.node_count() as f64;
+    require_bytes(lattice, bytes_per_node * lattice.node_count() as f64)
+}
+
+fn require_bytes(lattice: &Lattice, bytes: f64) -> Result<(), ExportError> {
     let free = memory::free_bytes().unwrap_or(memory::ASSUMED_BYTES);
     if bytes > free { Err(ExportError::TooLarge { nodes: lattice.nodes(), bytes, free }) } else { Ok(()) }
 }

@@ -6,8 +6,9 @@ use sysinfo::{MemoryRefreshKind, ProcessRefreshKind, ProcessesToUpdate, System};
 /// Memory that is assumed to be free where the system does not say.
 pub const ASSUMED_BYTES: f64 = 64e9;
 
-/// Free memory in bytes: what the machine has, and no more than the limit of the process' container or batch job leaves (cgroups of
-/// Linux). Caches of files count as free. WebAssembly has addresses of 32 bits. `None` where the system does not say.
+/// Free memory in bytes: what the machine has, and no more than the limits of the process (`ulimit -v` on Linux) and of its container or
+/// batch job (cgroups of Linux) leave. Caches of files count as free. WebAssembly has addresses of 32 bits. `None` where the system does not
+/// say.
 #[cfg(target_arch = "wasm32")]
 pub fn free_bytes() -> Option<f64> {
     let pages = 65536 - core::arch::wasm32::memory_size(0);
@@ -15,14 +16,28 @@ pub fn free_bytes() -> Option<f64> {
     Some((pages as f64 * 65536.0).min(isize::MAX as f64))
 }
 
-/// Free memory in bytes: what the machine has, and no more than the limit of the process' container or batch job leaves (cgroups of
-/// Linux). Caches of files count as free. WebAssembly has addresses of 32 bits. `None` where the system does not say.
+/// Free memory in bytes: what the machine has, and no more than the limits of the process (`ulimit -v` on Linux) and of its container or
+/// batch job (cgroups of Linux) leave. Caches of files count as free. WebAssembly has addresses of 32 bits. `None` where the system does not
+/// say.
 #[cfg(not(target_arch = "wasm32"))]
 pub fn free_bytes() -> Option<f64> {
     let mut system = System::new().ok()?;
     system.refresh_memory_specifics(MemoryRefreshKind::nothing().with_ram());
     let of_machine = Some(system.available_memory()).filter(|bytes| *bytes > 0);
-    [of_machine, free_of_group(&mut system)].into_iter().flatten().min().map(|bytes| bytes as f64)
+    [of_machine, free_of_group(&mut system), free_addresses()].into_iter().flatten().min().map(|bytes| bytes as f64)
+}
+
+/// Bytes that the limit of the process' addresses leaves; `None` without a limit.
+#[cfg(not(target_arch = "wasm32"))]
+fn free_addresses() -> Option<u64> {
+    let number = |file: &str, label: &str| {
+        let text = std::fs::read_to_string(file).ok()?;
+        text.lines().find_map(|line| line.strip_prefix(label)?.split_whitespace().next()?.parse::<u64>().ok())
+    };
+    // "unlimited" is no number.
+    let limit = number("/proc/self/limits", "Max address space")?;
+    let kibibytes = number("/proc/self/status", "VmSize:")?;
+    Some(limit.saturating_sub(kibibytes * 1024))
 }
 
 /// Bytes that the limits of the process' control group and of those around it leave; `None` without a limit. Of the memory that is counted

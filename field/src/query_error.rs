@@ -27,7 +27,7 @@ pub enum QueryError {
     MeshUnusable(String),
     /// An exact search has its own method, and finds one minimum of each element.
     ExactHasItsOwnMethod,
-    /// An exact search has no clusters and no margins of single faces.
+    /// An exact search has no clusters, no margins of single faces and no pose of the mesh.
     ExactNotInMotion,
     /// A lean contact has no error bound, and only the lowest minimum of an element is one.
     LeanLeavesOut,
@@ -78,9 +78,9 @@ impl std::fmt::Display for QueryError {
             Self::ExactHasItsOwnMethod => {
                 f.write_str("an exact search has its own method and finds one minimum of each element: leave out the others")
             }
-            Self::ExactNotInMotion => {
-                f.write_str("an exact search has no clusters and no margins of single faces: ask for contacts of the mesh alone")
-            }
+            Self::ExactNotInMotion => f.write_str(
+                "an exact search has no clusters, no margins of single faces and no pose of the mesh: move its points, or give the field a pose",
+            ),
             Self::LeanLeavesOut => f.write_str(
                 "lean contacts have no error bounds and stand for one minimum of each element: leave out all minima, complete and exact",
             ),

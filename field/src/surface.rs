@@ -19,6 +19,19 @@ pub struct SurfaceMesh {
     pub triangles: Vec<[u32; 3]>,
 }
 
+impl SurfaceMesh {
+    /// Estimated number of cells with a point of the surface, in a box of so many cells along each axis: those on the faces of the box.
+    pub fn estimated_cells([x, y, z]: [f64; 3]) -> f64 {
+        2.0 * (x * y + y * z + z * x)
+    }
+
+    /// Estimated memory of the surface in such a box, in bytes: for each of those cells a point and two triangles, and twice that while
+    /// pieces are joined.
+    pub fn estimated_bytes(cells: [f64; 3]) -> f64 {
+        200.0 * Self::estimated_cells(cells)
+    }
+}
+
 impl Field {
     /// The surface φ = level within the box of a lattice, of whose cells each has one vertex at most: where two sheets cross the face
     /// between two cells, an edge has four triangles. Blocks of cells whose enclosure excludes the level are not sampled.

@@ -9,16 +9,18 @@
 //! tell: it may be in use again, or belong to another machine or container. Where a disk has no locks, or a lock is held,
 //! the folder stays.
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::ffi::OsStr;
 use std::fs::{self, File, OpenOptions, TryLockError};
-use std::hash::{DefaultHasher, Hash, Hasher};
+use std::hash::{BuildHasher, DefaultHasher, Hash, Hasher, RandomState};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Temporary folders of the writes in progress in this process.
-static ACTIVE_FOLDERS: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+/// Temporary folders of the writes in progress in this process, by folder and [`id`] of the target.
+static ACTIVE_FOLDERS: Mutex<ActiveFolders> = Mutex::new(BTreeMap::new());
+
+type ActiveFolders = BTreeMap<(PathBuf, u64), PathBuf>;
 
 /// Writes a file whole or not at all.
 ///
@@ -36,7 +38,7 @@ pub fn atomic_write<T, E: From<io::Error>>(target: &Path, write: impl FnOnce(&Pa
     let folder = folder_of(&target);
     let id = id(&target);
     remove_leftovers(folder, id);
-    let temporary = Temporary::create(folder.join(folder_name(id)))?;
+    let temporary = Temporary::create(folder, id)?;
     let written = write(&temporary.path)?;
     // Windows flushes only files that are open for writing.
     OpenOptions::new().write(true).open(&temporary.path)?.sync_all()?;
@@ -62,7 +64,7 @@ impl FolderWriter {
     pub fn new(folder: &Path) -> io::Result<Self> {
         let (folder, id) = (fs::canonicalize(folder)?, id(Path::new("all files")));
         remove_leftovers(&folder, id);
-        Ok(Self { temporary: Temporary::create(folder.join(folder_name(id)))?, folder })
+        Ok(Self { temporary: Temporary::create(&folder, id)?, folder })
     }
 
     /// Writes a file, or replaces it. What leads elsewhere by a link goes through [`atomic_write`].
@@ -80,7 +82,7 @@ impl FolderWriter {
 /// cannot be written.
 pub fn try_to_write(target: &Path) -> io::Result<()> {
     let target = replaceable(target)?;
-    Temporary::create(folder_of(&target).join(folder_name(id(&target)))).map(drop)
+    Temporary::create(folder_of(&target), id(&target)).map(drop)
 }
 
 /// Removes what killed processes left of writes of a target, as the next [`atomic_write`] of it would. For those who find
@@ -96,7 +98,7 @@ pub fn clear_leftovers(target: &Path) {
 /// the process ends.
 pub fn remove_temporaries() -> WriteLock {
     let active_folders = active_folders();
-    for folder in active_folders.iter() {
+    for folder in active_folders.values() {
         // A writer may create a file meanwhile, but not for ever: each attempt removes what is there.
         for _ in 0..1000 {
             let left = fs::remove_dir_all(folder);
@@ -111,10 +113,10 @@ pub fn remove_temporaries() -> WriteLock {
 /// Blocks new [`atomic_write`]s of this process.
 #[must_use = "writes can begin again as soon as this is dropped"]
 pub struct WriteLock {
-    _active_folders: MutexGuard<'static, BTreeSet<PathBuf>>,
+    _active_folders: MutexGuard<'static, ActiveFolders>,
 }
 
-fn active_folders() -> MutexGuard<'static, BTreeSet<PathBuf>> {
+fn active_folders() -> MutexGuard<'static, ActiveFolders> {
     ACTIVE_FOLDERS.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -152,9 +154,9 @@ fn folder_of(target: &Path) -> &Path {
     target.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// Name of a temporary folder; short, however long the target's name is.
+/// Name of a new temporary folder; short, however long the target's name is. Random: processes of two containers may have one id.
 fn folder_name(id: u64) -> String {
-    format!("{PREFIX}{}{}", std::process::id(), suffix(id))
+    format!("{PREFIX}{:016x}{}", RandomState::new().build_hasher().finish(), suffix(id))
 }
 
 const PREFIX: &str = ".sdftool-";
@@ -189,6 +191,8 @@ fn remove_leftovers(folder: &Path, id: u64) {
 
 /// An empty file in a folder of its own, both removed on drop.
 struct Temporary {
+    /// See [`ACTIVE_FOLDERS`].
+    target: (PathBuf, u64),
     folder: PathBuf,
     path: PathBuf,
     /// Held until the folder is removed.
@@ -196,17 +200,16 @@ struct Temporary {
 }
 
 impl Temporary {
-    fn create(folder: PathBuf) -> io::Result<Self> {
+    fn create(folder: &Path, id: u64) -> io::Result<Self> {
+        let target = (folder.to_owned(), id);
         let mut active_folders = active_folders();
-        if !active_folders.insert(folder.clone()) {
+        if active_folders.contains_key(&target) {
             return Err(busy());
         }
-        let locked = create_locked(&folder);
-        if locked.is_err() {
-            active_folders.remove(&folder);
-        }
+        let (folder, lock) = create_locked(folder, id)?;
+        active_folders.insert(target.clone(), folder.clone());
         drop(active_folders);
-        let temporary = Self { path: folder.join("file"), folder, _lock: locked? };
+        let temporary = Self { target, path: folder.join("file"), folder, _lock: lock };
         File::create_new(&temporary.path)?;
         Ok(temporary)
     }
@@ -225,26 +228,37 @@ fn busy() -> io::Error {
     io::Error::new(io::ErrorKind::ResourceBusy, "is being written already")
 }
 
+/// How often another process may take a new folder for a leftover, in the moment before it is locked.
+const ATTEMPTS: usize = 1000;
+
 /// Creates a folder that only this user can open, and in it the lock.
-fn create_locked(folder: &Path) -> io::Result<File> {
-    // Left by a process with the same id, killed before it had a lock.
-    if !folder.join(LOCK).exists() {
-        let _ = fs::remove_dir_all(folder);
+fn create_locked(folder: &Path, id: u64) -> io::Result<(PathBuf, File)> {
+    for _ in 0..ATTEMPTS {
+        let folder = folder.join(folder_name(id));
+        create_private_folder(&folder)?;
+        match lock_in(&folder) {
+            Ok(Some(lock)) => return Ok((folder, lock)),
+            Ok(None) => {}
+            Err(error) => {
+                let _ = fs::remove_dir_all(&folder);
+                return Err(error);
+            }
+        }
     }
-    // Fails if someone else put a link there.
-    create_private_folder(folder).map_err(|error| match error.kind() {
-        io::ErrorKind::AlreadyExists => busy(),
-        _ => error,
-    })?;
-    // Gone or locked if another process took the folder for a leftover, just before it was locked.
-    let lock = File::create_new(folder.join(LOCK)).map_err(|error| match error.kind() {
-        io::ErrorKind::NotFound => busy(),
-        _ => error,
-    })?;
+    Err(busy())
+}
+
+/// Creates the lock in a new folder; `None` if another process removes that as a leftover.
+fn lock_in(folder: &Path) -> io::Result<Option<File>> {
+    let path = folder.join(LOCK);
+    let lock = match File::create_new(&path) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+        created => created?,
+    };
     match lock.try_lock() {
-        Err(TryLockError::WouldBlock) => Err(busy()),
+        Err(TryLockError::WouldBlock) => Ok(None),
         // A disk without locks: the folder stays if the process is killed.
-        Ok(()) | Err(TryLockError::Error(_)) => Ok(lock),
+        Ok(()) | Err(TryLockError::Error(_)) => Ok(path.exists().then_some(lock)),
     }
 }
 
@@ -262,6 +276,6 @@ fn create_private_folder(path: &Path) -> io::Result<()> {
 impl Drop for Temporary {
     fn drop(&mut self) {
         let _ = fs::remove_dir_all(&self.folder);
-        active_folders().remove(&self.folder);
+        active_folders().remove(&self.target);
     }
 }

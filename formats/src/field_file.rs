@@ -18,7 +18,7 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::fs;
-use std::io::{BufRead, BufReader, Read};
+use std::io::{self, BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -84,6 +84,10 @@ pub fn read_bytes(bytes: &[u8], name: &str) -> Result<Field, FieldError> {
 /// Like [`read`], but leaves it to the caller which samples of a grid are read. Grids named in TOML are read whole.
 pub fn open(path: &Path) -> Result<OpenField<'static>, FieldError> {
     let unreadable = |source| FieldError::Unreadable { path: path.to_owned(), source };
+    // What is read of a pipe to know its kind would be lost.
+    if is_pipe(path) {
+        return Err(unreadable(io::Error::new(io::ErrorKind::InvalidInput, "not a regular file: read its bytes")));
+    }
     let start = start(path).map_err(unreadable)?;
     if start == SIGNATURE {
         return Ok(OpenField::Grid(grid_file::open(path)?));
@@ -96,6 +100,20 @@ pub fn open(path: &Path) -> Result<OpenField<'static>, FieldError> {
     fs::File::open(path).and_then(|file| file.take(MAX_TOML_BYTES + 1).read_to_end(&mut bytes)).map_err(unreadable)?;
     let folder = path.parent().unwrap_or(Path::new("."));
     parse_bytes(&bytes, path, &mut Grids::new(Some(folder))).map(OpenField::Analytic)
+}
+
+/// Is it there, and no file, folder or device? A device has an error of its own, or enough bytes.
+#[cfg(unix)]
+fn is_pipe(path: &Path) -> bool {
+    use std::os::unix::fs::FileTypeExt;
+    let kind = fs::metadata(path).map(|there| there.file_type());
+    kind.is_ok_and(|kind| kind.is_fifo() || kind.is_socket())
+}
+
+/// Is it there, and no file, folder or device?
+#[cfg(not(unix))]
+fn is_pipe(_: &Path) -> bool {
+    false
 }
 
 /// Like [`open`], from the bytes of a file, lent (`&[u8]`) or owned (`Vec<u8>`). Errors show `name` in place of a path.

@@ -1,7 +1,7 @@
 //! How do arrays become slices of rows? Contiguous float64 points and uint32 faces are lent, all else is converted in one pass.
 
 use numpy::{Element, PyArray1, PyArrayMethods, PyReadonlyArray2, PyUntypedArray, PyUntypedArrayMethods};
-use pyo3::exceptions::{PyOverflowError, PyValueError};
+use pyo3::exceptions::{PyMemoryError, PyOverflowError, PyValueError};
 use pyo3::prelude::*;
 
 use crate::errors::{type_error, value_error};
@@ -33,6 +33,7 @@ pub fn points<'py>(given: &Bound<'py, PyAny>, what: &str) -> PyResult<Rows<'py, 
     }
     if let Some(single) = lend::<f32>(&array) {
         let rows = single.as_slice().map_or(&[][..], |numbers| numbers.as_chunks::<3>().0);
+        require_memory::<[f64; 3]>(rows.len(), what)?;
         return Ok(Rows::Owned(rows.iter().map(|row| row.map(f64::from)).collect()));
     }
     let converted = contiguous(&array, "float64")?;
@@ -63,6 +64,7 @@ fn converted_faces<'py, T: Element + Copy + Into<i128>>(
 ) -> PyResult<Rows<'py, u32>> {
     let indices = array.as_slice().unwrap_or(&[]);
     check_indices(indices, vertex_count)?;
+    require_memory::<u32>(indices.len(), "faces")?;
     Ok(Rows::Owned(indices.as_chunks::<3>().0.iter().map(|face| face.map(|index| index.into() as u32)).collect()))
 }
 
@@ -138,7 +140,7 @@ pub fn lengths(given: &Bound<PyAny>, what: &str) -> PyResult<Vec<f64>> {
 /// The numpy array of anything that numpy takes for one.
 pub fn as_array<'py>(given: &Bound<'py, PyAny>, what: &str) -> PyResult<Bound<'py, PyUntypedArray>> {
     if let Ok(array) = given.cast::<PyUntypedArray>() {
-        return Ok(array.clone());
+        return check_mask(array, what).map(|()| array.clone());
     }
     // Numpy would make an object of some, and say of others that it does not know them.
     if given.getattr_opt(CUDA_ARRAY_INTERFACE)?.is_some() && !given.hasattr("__array_interface__")? {
@@ -148,6 +150,23 @@ pub fn as_array<'py>(given: &Bound<'py, PyAny>, what: &str) -> PyResult<Bound<'p
     let array = given.py().import("numpy")?.call_method1("asarray", (given,));
     let array = array.map_err(|error| type_error(format!("{what}: not an array ({error})")))?;
     array.cast_into::<PyUntypedArray>().map_err(|_| type_error(format!("{what}: not an array")))
+}
+
+/// Refuses masked entries: nothing is known of them.
+fn check_mask(array: &Bound<PyUntypedArray>, what: &str) -> PyResult<()> {
+    let is_plain = array.get_type().is(array.py().get_type::<PyUntypedArray>());
+    if !is_plain && array.py().import("numpy.ma")?.call_method1("is_masked", (array,))?.is_truthy()? {
+        return Err(value_error(format!("{what}: some entries are masked: leave their rows out, or fill them")));
+    }
+    Ok(())
+}
+
+/// Refuses what needs more memory than can be allocated: the process would be aborted.
+pub fn require_memory<T>(count: usize, what: &str) -> PyResult<()> {
+    let bytes = count.saturating_mul(size_of::<T>());
+    Vec::<u8>::new()
+        .try_reserve_exact(bytes)
+        .map_err(|_| PyMemoryError::new_err(format!("{what}: {bytes} bytes, more than can be allocated")))
 }
 
 fn rows_of_three<'py>(

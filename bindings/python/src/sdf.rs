@@ -42,6 +42,8 @@ impl Sdf {
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let points = arrays::points(points, "points")?;
         let rows = points.as_slice();
+        // Twice while those of all threads are joined.
+        arrays::require_memory::<[f64; 2]>(rows.len(), "points: values")?;
         let values = on_threads(py, threads, rows.len(), |threads| self.0.values(rows, threads))?;
         Ok(values.into_pyarray(py))
     }
@@ -60,6 +62,8 @@ impl Sdf {
     ) -> PyResult<Bound<'py, PyAny>> {
         let points = arrays::points(points, "points")?;
         let rows = points.as_slice();
+        // Twice while those of all threads are joined.
+        arrays::require_memory::<[Sample<f64>; 2]>(rows.len(), "points: samples")?;
         let (values, gradients, flags) = on_threads(py, threads, rows.len(), |threads| {
             let samples = self.0.sample(rows, threads);
             let values: Vec<f64> = samples.iter().map(value_or_nan).collect();

@@ -60,7 +60,7 @@ export interface ContactOptions {
   method?: "auto" | "certified" | "fw" | "pgd" | "newton" | "gss";
   /** Where the field stands: turned by a quaternion x, y, z, w, then moved. */
   pose?: { translation?: [number, number, number]; rotation?: [number, number, number, number] };
-  /** Evaluations of auto (256) and certified (1024), iterations of other methods (32). */
+  /** Evaluations of auto (256) and certified (1024), iterations of other methods (32). 0 counts as 1 evaluation, and as no iteration. */
   budget?: number;
   /** Of the certified minimum, in edge lengths, or sizes of the field if that is less [1e-3]. */
   tolerance?: number;

@@ -22,9 +22,9 @@ use crate::args::BakeArgs;
 use crate::commands::bake::{TOOL, bake_read};
 use crate::commands::export::named_after;
 use crate::failure::{FleetFailure, misuse, sentence};
-use crate::mesh_input;
-use crate::report::print_json;
+use crate::report::{complain, print_json};
 use crate::standard_output::to_stdout;
+use crate::{mesh_input, progress};
 
 /// Fate of a mesh.
 enum Fate {
@@ -50,14 +50,15 @@ pub fn run(args: &BakeArgs) -> Result<()> {
     let (shard, shards) = args.fleet.shard.map_or((0, 1), |shard| (shard.index, shard.count));
     let work: Vec<(&PathBuf, &PathBuf)> =
         meshes.iter().zip(&outputs).skip(shard as usize).step_by(shards as usize).collect();
-    let jobs = usize::from(args.fleet.jobs).min(work.len()).max(1);
-    let threads = args.threads.count.map_or_else(rayon::current_num_threads, usize::from);
+    let of_machine = || std::thread::available_parallelism().map_or(1, usize::from);
+    let threads = args.threads.count.map_or_else(of_machine, usize::from);
+    let jobs = usize::from(args.fleet.jobs).min(work.len()).min(threads).max(1);
     let next = AtomicUsize::new(0);
     // Baked, kept, failed.
     let counts = Mutex::new([0_usize; 3]);
     std::thread::scope(|scope| {
         let worker = || -> Result<()> {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads((threads / jobs).max(1)).build()?;
+            let pool = progress::pool((threads / jobs).max(1))?;
             while let Some((mesh, output)) = work.get(next.fetch_add(1, Ordering::Relaxed)) {
                 let fate = pool.install(|| fate_of(args, mesh, output));
                 let index = match &fate {
@@ -182,7 +183,7 @@ fn print(args: &BakeArgs, mesh: &Path, output: &Path, fate: Fate) -> Result<()> 
         }
         Fate::Kept => to_stdout(|out| writeln!(out, "{output}: kept")),
         Fate::Failed(error) => {
-            eprintln!("sdftool: {error}");
+            complain(&error);
             Ok(())
         }
     }

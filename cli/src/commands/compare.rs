@@ -5,12 +5,14 @@ mod page;
 use std::time::Instant;
 
 use anyhow::Result;
+use sdf_core::Real;
 use sdf_field::compare::{Comparison, MethodReport};
 use sdf_field::{ContactOptions, Elements as FieldElements, Field, MeshView, Method, Threads};
 use sdf_formats::field_file::OpenField;
 use serde::Serialize;
 
 use crate::args::{CompareArgs, Elements};
+use crate::commands::contacts::skipped;
 use crate::device::{Search, Searcher};
 use crate::failure::misuse;
 use crate::read_summary::require_distances;
@@ -24,7 +26,7 @@ pub fn run(args: &CompareArgs) -> Result<()> {
     }
     let searcher = Searcher::open(&args.device)?;
     let mesh = mesh_input::read_mesh(&args.mesh)?;
-    mesh.require_triangles(&args.mesh.display().to_string())?;
+    mesh.require_triangles(&mesh_input::shown(&args.mesh))?;
     let options = options(args)?;
     let started = Instant::now();
     let comparison = progress::on_threads(args.threads, || {
@@ -50,6 +52,9 @@ pub fn run(args: &CompareArgs) -> Result<()> {
             "{} elements, {} contacts, {} of them proven",
             comparison.elements, comparison.contacts, comparison.proven
         )?;
+        if comparison.not_finite > 0 {
+            writeln!(out, "skipped: {}", skipped(comparison.not_finite, f64::MAX_COORDINATE))?;
+        }
         for row in table(&comparison) {
             writeln!(out, "{row}")?;
         }
@@ -94,6 +99,7 @@ fn options(args: &CompareArgs) -> Result<ContactOptions> {
 struct Document {
     schema: &'static str,
     elements: usize,
+    not_finite: usize,
     contacts: usize,
     proven: usize,
     recommended: String,
@@ -127,6 +133,7 @@ impl Document {
         Self {
             schema: "sdftool.compare/1",
             elements: comparison.elements,
+            not_finite: comparison.not_finite,
             contacts: comparison.contacts,
             proven: comparison.proven,
             recommended: comparison.recommended.to_string(),
@@ -136,18 +143,22 @@ impl Document {
 }
 
 /// The methods of the processor, then those of the card.
-fn by_device(comparison: &Comparison) -> impl Iterator<Item = (&'static str, &MethodReport)> {
+fn by_device(comparison: &Comparison) -> impl Iterator<Item = (&'static str, &MethodReport)> + Clone {
     let on_card = comparison.on_card.iter().map(|report| ("cuda", report));
     comparison.methods.iter().map(|report| ("cpu", report)).chain(on_card)
+}
+
+fn name(device: &str, report: &MethodReport) -> String {
+    let method = report.method;
+    if device == "cpu" { method.to_string() } else { format!("{method} on {device}") }
 }
 
 /// Names of the columns, then a line per method.
 fn table(comparison: &Comparison) -> Vec<String> {
     let head = ["method", "time", "evaluations", "contacts", "missed", "error 95 %", "worst error"].map(str::to_owned);
     let row = |(device, report): (&str, &MethodReport)| {
-        let method = report.method.to_string();
         [
-            if device == "cpu" { method } else { format!("{method} on {device}") },
+            name(device, report),
             seconds(report.seconds),
             report.evaluations.to_string(),
             report.contacts.to_string(),

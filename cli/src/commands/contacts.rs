@@ -5,7 +5,7 @@ mod reduce;
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
 use sdf_core::contact::{Contact, ContactStatus};
 use sdf_core::nalgebra::Vector3;
 use sdf_core::placed::{Placement, Rigid};
@@ -45,12 +45,12 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
     let searcher = Searcher::open(&args.device)?;
     let started = Instant::now();
     let mesh = mesh_input::read_mesh(&args.mesh)?;
+    let name = mesh_input::shown(&args.mesh);
     if args.elements == Elements::Faces {
-        let name = args.mesh.display().to_string();
-        mesh.require_triangles(&name).context("use --elements vertices or edges")?;
+        mesh.require_triangles(&name).map_err(|error| anyhow!("{error}: use --elements vertices or edges"))?;
     }
     if args.elements == Elements::Edges && mesh.triangles.is_empty() && mesh.segments.is_empty() {
-        bail!("no edges in {}: take --elements vertices", args.mesh.display());
+        bail!("no edges in {name}: use --elements vertices");
     }
     let pose = args.pose.rigid()?;
     let (found, has_grid, read_summary, read) = progress::on_threads(args.threads, || {
@@ -134,14 +134,18 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
     }
     if found.not_finite > 0 {
         let largest = if searcher.is_card() { f32::MAX_COORDINATE } else { f64::MAX_COORDINATE };
-        let count = found.not_finite;
-        let skipped = format!("{count} elements with coordinates that are not finite or exceed {largest:e}");
-        rows.push(("skipped", skipped));
+        rows.push(("skipped", skipped(found.not_finite, largest)));
     }
     if let Some(path) = &args.output {
         rows.push(("file", standard_output::shown(path)));
     }
     Report { rows, json: document }.print_beside(args.output.as_deref(), args.json)
+}
+
+/// Elements that are not searched.
+pub fn skipped(count: usize, largest: f64) -> String {
+    let elements = counted(count, "element");
+    format!("{elements} with coordinates that are not finite or exceed {largest:e}, or where the field has no number")
 }
 
 #[derive(Serialize)]
@@ -199,14 +203,14 @@ fn read_field(
         OpenField::Analytic(field) if args.exact => match Field::new(field).has_grid() {
             true => bail!(
                 "{}: --exact needs the file of the grid itself: give that, and where it stands by --translate and --rotate",
-                args.sdf.display()
+                mesh_input::shown(&args.sdf)
             ),
-            false => bail!("{}: shapes in closed form are exact already: remove --exact", args.sdf.display()),
+            false => bail!("{}: shapes in closed form are exact already: remove --exact", mesh_input::shown(&args.sdf)),
         },
         OpenField::Blob(_) if args.exact => {
             bail!(
                 "{}: a blob keeps no mesh for --exact: give the baked grid that it was exported from",
-                args.sdf.display()
+                mesh_input::shown(&args.sdf)
             )
         }
         OpenField::Blob(blob) => Ok((field_input::from_blob(&args.sdf, blob, margin_to_check)?, None)),
@@ -235,7 +239,8 @@ fn read_field(
 }
 
 fn read_kept_mesh(args: &ContactsArgs, reader: &GridReader) -> Result<StoredMesh> {
-    let advice = || format!("{} keeps no mesh for --exact: bake it again by bake --keep-mesh", args.sdf.display());
+    let advice =
+        || format!("{} keeps no mesh for --exact: bake it again by bake --keep-mesh", mesh_input::shown(&args.sdf));
     reader.read_mesh()?.with_context(advice)
 }
 

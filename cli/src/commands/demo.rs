@@ -4,6 +4,8 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 use clap::Parser;
+use sdf_core::Sdf;
+use sdf_field::Field;
 use sdf_formats::mesh::{self, MeshFormat};
 use sdf_procedural::{self as procedural, Sheet, SpikedBall};
 use serde_json::json;
@@ -12,10 +14,8 @@ use crate::args::{BakeArgs, ContactsArgs, DemoArgs};
 use crate::commands::{bake, contacts};
 use crate::device::Searcher;
 use crate::mesh_input::{self, with_path};
+use crate::output;
 use crate::pictures::{Picture, Plane};
-use sdf_core::Sdf;
-use sdf_field::Field;
-
 use crate::report::{Report, number};
 
 /// Largest distance from the plane at which a contact is drawn; the body's radius is 1.
@@ -27,6 +27,7 @@ pub fn run(args: &DemoArgs) -> Result<()> {
     let file = |name: &str| folder.join(name);
     let (body, cloth, grid) = (file("body.obj"), file("cloth.obj"), file("body.sdf.h5"));
     let (list, picture) = (file("contacts.csv"), file("contacts.png"));
+    [&body, &cloth, &grid, &list, &picture].into_iter().try_for_each(|file| output::ensure_writable(file, &[]))?;
 
     let procedural::Mesh { points, triangles, .. } = SpikedBall { levels: 2, radius: 0.6 }.mesh();
     with_path(&body, mesh::write(&body, MeshFormat::Obj, &points, &triangles))?;

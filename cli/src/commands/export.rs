@@ -12,7 +12,7 @@ use crate::commands::surface::{empty_between, open_at_box};
 use crate::failure::misuse;
 use crate::mesh_input::is_standard_input;
 use crate::report::{Report, counts, number, warn};
-use crate::{field_input, output, progress, standard_output};
+use crate::{field_input, mesh_input, output, progress, standard_output};
 
 pub fn run(args: &ExportArgs) -> Result<()> {
     let format = format(args)?;
@@ -62,9 +62,9 @@ pub fn run(args: &ExportArgs) -> Result<()> {
                 ExportFormat::Glb => ", or take `surface --level`: an open mesh without an inside has a surface at distances above 0 alone",
                 _ => "",
             };
-            anyhow::anyhow!("{}: {}, {finer} a larger --res{open}", args.sdf.display(), empty_between(nodes, 0.0))
+            anyhow::anyhow!("{}: {}, {finer} a larger --res{open}", mesh_input::shown(&args.sdf), empty_between(nodes, 0.0))
         }
-        error => anyhow::anyhow!("{}: {error}", args.sdf.display()),
+        error => anyhow::anyhow!("{}: {error}", mesh_input::shown(&args.sdf)),
     })?;
     if to_stdout {
         standard_output::print_bytes(&printed)?;
@@ -79,7 +79,7 @@ pub fn run(args: &ExportArgs) -> Result<()> {
         }),
     };
     if let Some(warning) = &warning {
-        warn(&format!("{}: {warning}", args.sdf.display()));
+        warn(&format!("{}: {warning}", mesh_input::shown(&args.sdf)));
     }
     let bytes: Vec<u64> = files.iter().map(|file| std::fs::metadata(file).map_or(0, |file| file.len())).collect();
     let row = |(file, bytes): (&PathBuf, &u64)| ("file", format!("{}, {bytes} bytes", file.display()));

@@ -13,10 +13,12 @@ use sdf_core::overlap::{DeepestPoint, LocalMinima, Patch};
 use sdf_core::placed::{Placement, Rigid};
 use sdf_field::{ContactOptions, Field, Overlap, OverlapError, OverlapOptions, OverlapVerdict};
 use sdf_formats::contact_file::{OverlapKind, OverlapRecord, OverlapStatus};
-use sdf_formats::field_file::{self, OpenField};
+use sdf_formats::field_file::OpenField;
 use serde::Serialize;
 
 use crate::args::ContactsArgs;
+use crate::failure::misuse;
+use crate::mesh_input::is_standard_input;
 use crate::read_summary::{ReadSummary, require_distances};
 use crate::report::{Report, line_of_json, number, point_at, seconds};
 use crate::{field_input, output, standard_output};
@@ -28,6 +30,9 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
         output::ensure_alone(path, args.json)?;
     }
     args.refuse_options_of_meshes()?;
+    if is_standard_input(&args.sdf) {
+        misuse!("two fields are read twice, and standard input once: name a file for each");
+    }
     let started = Instant::now();
     let sides =
         [Side { path: &args.mesh, pose: args.first_pose()? }, Side { path: &args.sdf, pose: args.pose.rigid()? }];
@@ -130,7 +135,7 @@ impl Side<'_> {
     /// The field, and what of its file was read: of a grid the blocks in a box of the world, or without one only those
     /// that tell its bounds.
     fn field(&self, margin: f64, region: Option<Aabb>) -> Result<(Field, Option<ReadSummary>)> {
-        match field_file::open(self.path)? {
+        match field_input::open(self.path)? {
             OpenField::Blob(blob) => Ok((field_input::from_blob(self.path, blob, margin)?, None)),
             OpenField::Analytic(field) => {
                 let options = ContactOptions { margin, ..ContactOptions::default() };

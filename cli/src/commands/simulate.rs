@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 use crate::args::{MethodWord, SimulateArgs};
 use crate::failure::misuse;
 use crate::mesh_input::{is_standard_input, with_path};
-use crate::report::{Report, number, print_json};
+use crate::report::{Report, complain, number, print_json};
 use crate::standard_output::print_bytes;
 use crate::{failure, memory, output, progress, signals};
 
@@ -81,8 +81,8 @@ fn run_one(
         if signals::status().is_some() {
             let told = target.frames();
             match outcome.runs {
-                1 => eprintln!("sdftool: ended by a signal after {told}"),
-                runs => eprintln!("sdftool: ended by a signal in run {runs}; the first has {told}"),
+                1 => complain(&format!("ended by a signal after {told}")),
+                runs => complain(&format!("ended by a signal in run {runs}; the first has {told}")),
             }
         }
     }
@@ -357,7 +357,8 @@ fn suite(args: &SimulateArgs) -> Result<()> {
     if let Some(output) = &args.output {
         with_path(&output.join("report.md"), write(&output.join("report.md"), (report + &pictures).as_bytes()))?;
     }
-    match faults.is_empty() {
+    // Where a signal ended it, the status says that.
+    match faults.is_empty() || signals::status().is_some() {
         true => Ok(()),
         false => bail!("scenes that are not as they say: {}", faults.join("; ")),
     }

@@ -11,11 +11,14 @@ use serde_json::json;
 use crate::args::{Axis, SliceArgs};
 use crate::pictures::{Picture, Plane};
 use crate::report::{Report, place, warn};
-use crate::{field_input, output, standard_output};
+use crate::{field_input, memory, mesh_input, output, standard_output};
 
 pub fn run(args: &SliceArgs) -> Result<()> {
     output::ensure_writable(&args.output, &[&args.sdf])?;
     output::ensure_alone(&args.output, args.json)?;
+    // Three bytes a pixel, and those of the file.
+    let bytes = 6.0 * f64::from(args.pixels).powi(2);
+    memory::require(bytes, &format!("a picture of --pixels {}", args.pixels), "use fewer")?;
     match field_input::open(&args.sdf)? {
         OpenField::Grid(reader) => {
             let bounds = reader.summary().lattice.bounds();
@@ -29,7 +32,7 @@ pub fn run(args: &SliceArgs) -> Result<()> {
         OpenField::Analytic(node) => {
             let bounds = node.bounds(0.0);
             if !bounds.extents().iter().all(|extent| extent.is_finite()) {
-                bail!("{}: the field is unbounded: intersect it with a box", args.sdf.display());
+                bail!("{}: the field is unbounded: intersect it with a box", mesh_input::shown(&args.sdf));
             }
             let window = bounds.inflate(0.1 * bounds.longest_side());
             let field = Field::new(node);
@@ -65,7 +68,10 @@ fn plane(args: &SliceArgs, window: Aabb) -> Result<Plane> {
     if !(first..=last).contains(&at) {
         let name = NAMES[axis];
         // In all digits: an end that is rounded may be outside again.
-        bail!("{}: --at {at:?} is outside the field's box: use {name} from {first:?} to {last:?}", args.sdf.display());
+        bail!(
+            "{}: --at {at:?} is outside the field's box: use {name} from {first:?} to {last:?}",
+            mesh_input::shown(&args.sdf)
+        );
     }
     Ok(Plane { axis, at, window })
 }
@@ -80,7 +86,7 @@ fn write(args: &SliceArgs, picture: &Picture, warning: Option<&str>) -> Result<(
     let Plane { axis, at, window } = *picture.plane();
     let name = NAMES[axis];
     if let Some(warning) = warning {
-        warn(&format!("{}: {warning}", args.sdf.display()));
+        warn(&format!("{}: {warning}", mesh_input::shown(&args.sdf)));
     }
     let mut report = Report {
         rows: vec![

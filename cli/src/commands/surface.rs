@@ -9,7 +9,7 @@ use sdf_formats::mesh::{self, MeshFormat};
 use serde_json::json;
 
 use crate::args::SurfaceArgs;
-use crate::mesh_input::with_path;
+use crate::mesh_input::{self, with_path};
 use crate::report::{Report, counted, counts, number, warn};
 use crate::{field_input, memory, output, standard_output};
 
@@ -27,14 +27,14 @@ pub fn run(args: &SurfaceArgs) -> Result<()> {
         (None, res) => {
             let bounds = field.bounds(args.level);
             if !bounds.extents().iter().all(|extent| extent.is_finite()) {
-                bail!("{}: the field is unbounded: intersect it with a box", args.sdf.display());
+                bail!("{}: the field is unbounded: intersect it with a box", mesh_input::shown(&args.sdf));
             }
             lattice(args, &bounds, res.unwrap_or(DEFAULT_RES), PADDING)?
         }
     };
     let surface = field.surface(args.level, &lattice, Threads::ALL);
     if surface.triangles.is_empty() {
-        let (shown, level) = (args.sdf.display(), number(args.level));
+        let (shown, level) = (mesh_input::shown(&args.sdf), number(args.level));
         // Shapes and other nodes than a grid's own may be thinner than a cell.
         if field.grid().is_some() && args.res.is_none() {
             bail!("{shown}: the surface is empty: the distance is nowhere {level}, use another --level");
@@ -52,7 +52,7 @@ pub fn run(args: &SurfaceArgs) -> Result<()> {
         None => standard_output::print_bytes(&mesh::to_bytes(MeshFormat::Obj, &surface.points, &surface.triangles)?)?,
     }
     if let Some(warning) = &warning {
-        warn(&format!("{}: {warning}", args.sdf.display()));
+        warn(&format!("{}: {warning}", mesh_input::shown(&args.sdf)));
     }
     let [points, triangles] = [surface.points.len(), surface.triangles.len()];
     let mut json = json!({
@@ -77,7 +77,7 @@ pub fn run(args: &SurfaceArgs) -> Result<()> {
 /// Refuses a level at which values are no distances: beyond the band of a sparse grid, or outside of the box of one in a combination.
 /// The surface of a grid alone ends at its box.
 fn refuse_unknown_level(args: &SurfaceArgs, field: &Field) -> Result<()> {
-    let (shown, level) = (args.sdf.display(), number(args.level));
+    let (shown, level) = (mesh_input::shown(&args.sdf), number(args.level));
     match field.grid().map(|grid| grid.band()) {
         Some(band) if args.level.abs() > band => bail!(
             "{shown}: --level {level} lies beyond the band of {} in which the grid has distances: bake with a larger --band",
@@ -128,17 +128,13 @@ const PADDING: u32 = 2;
 /// The lattice to sample on.
 fn lattice(args: &SurfaceArgs, bounds: &Aabb, res: u32, padding: u32) -> Result<Lattice> {
     let spacing = bounds.longest_side() / f64::from(res);
-    let [x, y, z] = bounds.extents().map(|extent| extent / spacing);
-    let cells = 2.0 * (x * y + y * z + z * x);
+    let cells = bounds.extents().map(|extent| extent / spacing);
     memory::require(
-        cells * BYTES_OF_CELL,
-        &format!("--res {res}: a surface of about {cells:.0} cells"),
+        SurfaceMesh::estimated_bytes(cells),
+        &format!("--res {res}: a surface of about {:.0} cells", SurfaceMesh::estimated_cells(cells)),
         "use a smaller --res",
     )?;
-    lattice_around(bounds, spacing, padding)
-        .with_context(|| format!("{}: its box cannot be cut into cells: use another --res", args.sdf.display()))
+    lattice_around(bounds, spacing, padding).with_context(|| {
+        format!("{}: its box cannot be cut into cells: use another --res", mesh_input::shown(&args.sdf))
+    })
 }
-
-/// Estimated memory per surface cell: a point and two triangles, and twice that while pieces are joined. The number of
-/// surface cells is estimated by that of the cells on the faces of the box.
-const BYTES_OF_CELL: f64 = 200.0;

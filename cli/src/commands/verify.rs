@@ -31,11 +31,11 @@ use crate::failure::{Mismatch, misuse};
 use crate::histogram::Histogram;
 use crate::mesh_input::{self, with_path};
 use crate::read_summary::bytes_of;
-use crate::{field_input, output, progress};
+use crate::{field_input, memory, output, progress};
 
 use faults::faults;
 use findings::{Errors, Findings, StatedGrid};
-use sampling::{Surface, point_in_box, sample};
+use sampling::{PointSample, Surface, point_in_box, sample};
 use summary::Summary;
 use tight::tight_bound;
 
@@ -77,8 +77,10 @@ pub fn run(args: &VerifyArgs) -> Result<()> {
     if let Some(path) = &args.histogram {
         output::ensure_writable(path, &[&args.sdf, &args.mesh])?;
     }
+    let bytes = f64::from(args.points) * size_of::<PointSample>() as f64;
+    memory::require(bytes, &format!("--points {}", args.points), "use fewer")?;
     let input = mesh_input::read(&args.mesh)?;
-    input.mesh.require_triangles(&args.mesh.display().to_string())?;
+    input.mesh.require_triangles(&mesh_input::shown(&args.mesh))?;
     let (subject, parts) = match field_input::open(&args.sdf)? {
         OpenField::Grid(reader) => {
             let parts = bytes_of(&reader.summary().parts);
@@ -91,7 +93,7 @@ pub fn run(args: &VerifyArgs) -> Result<()> {
         tight::require_bricks(&args.sdf, &subject)?;
     }
     if args.all_nodes && matches!(subject, Subject::Shapes(_)) {
-        misuse!("{}: a closed form has no nodes: remove --all-nodes", args.sdf.display());
+        misuse!("{}: a closed form has no nodes: remove --all-nodes", mesh_input::shown(&args.sdf));
     }
     // As it was baked: welded and closed, without faces that lie inside of the solid. Neither blobs nor shapes say how.
     let about = match &subject {
@@ -132,7 +134,7 @@ pub fn run(args: &VerifyArgs) -> Result<()> {
     if let Some(path) = &args.histogram {
         let (unit, length) = spacing.map_or(("of the diagonal", diagonal), |spacing| ("in voxels", spacing));
         let errors: Vec<f64> = samples.iter().map(|sample| sample.error() / length).collect();
-        let title = format!("{} against {}", args.sdf.display(), args.mesh.display());
+        let title = format!("{} against {}", mesh_input::shown(&args.sdf), args.mesh.display());
         Histogram { title, unit, errors: &errors, bound: findings.bound.map(|bound| bound / length) }.write(path)?;
     }
     let elapsed = started.elapsed().as_secs_f64();
@@ -141,6 +143,6 @@ pub fn run(args: &VerifyArgs) -> Result<()> {
     if faults.is_empty() {
         return Ok(());
     }
-    let (field, mesh) = (args.sdf.display(), args.mesh.display());
+    let (field, mesh) = (mesh_input::shown(&args.sdf), args.mesh.display());
     Err(Mismatch(format!("{field} does not match {mesh}: {}", faults.join("; "))).into())
 }

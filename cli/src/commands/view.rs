@@ -3,12 +3,14 @@
 use std::path::Path;
 
 use anyhow::Result;
+use sdf_core::Real;
 use sdf_field::page::Scene;
 use sdf_field::{ContactOptions, MeshView};
 use sdf_formats::contact_file::ContactRecord;
 use serde_json::json;
 
 use crate::args::ViewArgs;
+use crate::commands::contacts::skipped;
 use crate::commands::export::{named_after, stem};
 use crate::failure::misuse;
 use crate::mesh_input::is_standard_input;
@@ -26,29 +28,44 @@ pub fn run(args: &ViewArgs) -> Result<()> {
         [Some(&args.sdf), args.mesh.as_ref()].into_iter().flatten().map(|path| path.as_path()).collect();
     output::ensure_writable(&output, &inputs)?;
     let pose = args.pose.motion()?;
-    let (contacts, page::Written { bytes, warning }) = progress::on_threads(args.threads, || {
-        let field = field_input::read_whole(&args.sdf)?;
-        let mesh = args.mesh.as_deref().map(mesh_input::read_mesh).transpose()?;
-        let view = mesh.as_ref().map(|mesh| MeshView { points: &mesh.points, faces: &mesh.triangles });
-        let mut contacts = Vec::new();
-        let mut name = stem(&args.sdf);
-        if let (Some(mesh), Some(path)) = (view, &args.mesh) {
-            let options = ContactOptions { margin: args.margin.unwrap_or(0.0), pose, ..ContactOptions::default() };
-            field_input::check_margin(&args.sdf, &field, &options)?;
-            let found = field.contacts(mesh, &options)?;
-            contacts = found.contacts.iter().map(ContactRecord::from).collect();
-            name = format!("{} on {name}", stem(path));
-        }
-        let scene = Scene { name, field: &field, pose, mesh: view, contacts: &contacts };
-        let page = page::write(&output, &args.sdf, &scene)?;
-        anyhow::Ok((contacts.len(), page))
-    })??;
+    let (contacts, [not_finite, undecided], page::Written { bytes, warning }) =
+        progress::on_threads(args.threads, || {
+            let field = field_input::read_whole(&args.sdf)?;
+            let mesh = args.mesh.as_deref().map(mesh_input::read_mesh).transpose()?;
+            let view = mesh.as_ref().map(|mesh| MeshView { points: &mesh.points, faces: &mesh.triangles });
+            let (mut contacts, mut counts) = (Vec::new(), [0; 2]);
+            let mut name = stem(&args.sdf);
+            if let (Some(mesh), Some(path)) = (view, &args.mesh) {
+                let options = ContactOptions { margin: args.margin.unwrap_or(0.0), pose, ..ContactOptions::default() };
+                field_input::check_margin(&args.sdf, &field, &options)?;
+                let found = field.contacts(mesh, &options)?;
+                contacts = found.contacts.iter().map(ContactRecord::from).collect();
+                counts = [found.not_finite_count, found.undecided_count];
+                name = format!("{} on {name}", stem(path));
+            }
+            let scene = Scene { name, field: &field, pose, mesh: view, contacts: &contacts };
+            let page = page::write(&output, &args.sdf, &scene)?;
+            anyhow::Ok((contacts.len(), counts, page))
+        })??;
     let mut rows = vec![("page", format!("{}, {bytes} bytes", output.display()))];
     if args.mesh.is_some() {
         rows.insert(0, ("contacts", contacts.to_string()));
     }
+    if not_finite > 0 {
+        rows.push(("skipped", skipped(not_finite, f64::MAX_COORDINATE)));
+    }
+    if undecided > 0 {
+        rows.push((
+            "undecided",
+            format!("{undecided} elements may be within the margin: `contacts --complete` lists them"),
+        ));
+    }
     let output = output.display().to_string();
     let mut json = json!({"schema": "sdftool.view/1", "output": output, "bytes": bytes, "contacts": contacts});
+    if args.mesh.is_some() {
+        json["not_finite"] = not_finite.into();
+        json["undecided"] = undecided.into();
+    }
     if let Some(warning) = warning {
         json["warning"] = warning.into();
     }

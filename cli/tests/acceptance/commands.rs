@@ -199,7 +199,7 @@ fn elements_with_too_large_coordinates_are_counted() {
     folder.write("far.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1e200 0 0\nf 1 2 3\nf 1 2 4\n");
     let json = folder.json("contacts far.obj ball.sdf.h5");
     assert_eq!([&json["elements"], &json["passed_cull"], &json["not_finite"]], [2, 1, 1]);
-    says(&folder.done("contacts far.obj ball.sdf.h5"), &["skipped  1 elements"]);
+    says(&folder.done("contacts far.obj ball.sdf.h5"), &["skipped  1 element with"]);
 }
 
 #[test]
@@ -334,6 +334,10 @@ fn verify_samples_the_same_points_for_the_same_seed_only() {
 
 #[test]
 fn demo_does_the_whole_job_without_any_input() {
+    let blocked = Folder::new();
+    std::fs::create_dir_all(blocked.at("demo/contacts.png")).unwrap();
+    says(&blocked.refused("demo -o demo"), &["contacts.png", "is a folder"]);
+    assert_eq!(std::fs::read_dir(blocked.at("demo")).unwrap().count(), 1);
     let folder = Folder::new();
     says(&folder.done("demo"), &["body.obj", "cloth.obj", "body.sdf.h5", "contacts.csv", "contacts.png"]);
     assert_eq!(folder.names(), ["sdftool-demo"]);

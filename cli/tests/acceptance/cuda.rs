@@ -116,7 +116,7 @@ fn coordinates_that_are_too_large_for_a_card_are_skipped_by_its_own_limit() {
     folder.write("far.obj", "v 0 0 0\nv 1 0 0\nv 0 2e18 0\nf 1 2 3\n");
     let query = "contacts far.obj ball.sdf.h5 --method fw --device cuda --kernels kernels.ptx";
     let rows = on_stub(&folder, query, &[]);
-    says(&String::from_utf8_lossy(&rows.stdout), &["1 elements with coordinates that are not finite or exceed 1e18"]);
+    says(&String::from_utf8_lossy(&rows.stdout), &["1 element with coordinates that are not finite or exceed 1e18"]);
     folder.write("far.obj", "v 0 0 0\nv 1 0 0\nv 0 2e150 0\nf 1 2 3\n");
     says(&folder.done("contacts far.obj ball.sdf.h5 --method fw"), &["not finite or exceed 1e150"]);
 }

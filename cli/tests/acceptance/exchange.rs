@@ -213,3 +213,29 @@ fn a_page_needs_no_network_and_is_written_by_three_commands() {
     assert!(filled.len() < folder.read("other.html").len() + 100, "the data are there twice");
     says(&folder.wrong_usage("view ball.sdf.h5 -o page.png"), &[".html"]);
 }
+
+/// The samples and their description: both, or neither.
+#[test]
+fn a_raw_file_without_its_description_is_not_left() {
+    let folder = scene();
+    std::fs::create_dir(folder.at("ball.raw.json")).unwrap();
+    says(&folder.refused("export ball.sdf.h5 --format raw"), &["ball.raw.json"]);
+    std::fs::remove_dir(folder.at("ball.raw.json")).unwrap();
+    folder.done("export ball.sdf.h5 --format raw");
+    let samples = folder.read("ball.raw");
+    std::fs::remove_file(folder.at("ball.raw.json")).unwrap();
+    std::fs::create_dir(folder.at("ball.raw.json")).unwrap();
+    says(&folder.refused("export ball.sdf.h5 --res 8 --format raw"), &["ball.raw.json"]);
+    assert!(folder.read("ball.raw") == samples);
+}
+
+/// Nothing is known of the error of samples of another program.
+#[test]
+fn a_histogram_of_an_imported_grid_has_numbers() {
+    let folder = scene();
+    folder.done("export ball.sdf.h5 --format npy");
+    folder.done("import ball.npy --spacing 0.125 --origin -1.25,-1.25,-1.25 -o imported.sdf.h5");
+    let _ = folder.sdftool("verify imported.sdf.h5 ball.obj --points 100 --histogram errors.svg").output().unwrap();
+    let svg = String::from_utf8(folder.read("errors.svg")).unwrap();
+    assert!(svg.contains("<rect") && !svg.contains("NaN") && !svg.contains("inf"), "{svg}");
+}

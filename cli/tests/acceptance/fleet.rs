@@ -46,6 +46,11 @@ fn each_mesh_has_its_grid_and_its_line_and_a_failure_stops_no_other() {
         folder.done(&format!("bake mesh/{name}.obj --res 8"));
         assert!(folder.read(&format!("{name}.sdf.h5")) == folder.read(&format!("out/{name}.sdf.h5")));
     }
+    // A field is no mesh, wherever it stands.
+    for words in ["out/0.sdf.h5 mesh/1.obj", "mesh/1.obj out/0.sdf.h5"] {
+        let output = folder.sdftool(&format!("bake {words} --res 8 --out-dir out")).output().unwrap();
+        assert_eq!(output.status.code(), Some(3), "{words}");
+    }
     let none = folder.sdftool("bake mesh/broken.obj mesh/missing.obj --res 8 --out-dir out").output().unwrap();
     assert_eq!(none.status.code(), Some(1), "none");
     // A byte order mark is no part of a name.

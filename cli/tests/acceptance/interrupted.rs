@@ -60,18 +60,31 @@ fn a_file_that_may_not_grow_is_told_and_leaves_the_old_file_and_no_other() {
     assert_eq!(std::fs::read_dir(folder.at("demo")).unwrap().count(), 0);
 }
 
+/// The program, with no signal ignored: what runs the tests may ignore some, as shells do for jobs in the background.
+#[cfg(target_os = "linux")]
+fn program(folder: &Folder) -> Command {
+    let mut command = Command::new("env");
+    command.args(["--default-signal=HUP,INT,TERM", SDFTOOL]).current_dir(folder.path());
+    command
+}
+
+#[cfg(not(target_os = "linux"))]
+fn program(folder: &Folder) -> Command {
+    let mut command = Command::new(SDFTOOL);
+    command.current_dir(folder.path());
+    command
+}
+
 /// Kills the program as soon as its temporary file has content; `false` if it ended before.
 fn is_killed_in_a_write(folder: &Folder, words: &str) -> bool {
-    let mut command = Command::new(SDFTOOL);
-    command.args(words.split_whitespace()).current_dir(folder.path()).stdout(Stdio::null());
-    let mut child = command.spawn().unwrap();
+    // What earlier ones left.
+    let before = folder.names();
+    let mut child = program(folder).args(words.split_whitespace()).stdout(Stdio::null()).spawn().unwrap();
     let has_content = |name: &String| {
         let file = folder.at(name).join("file");
         name.ends_with(".tmp") && std::fs::metadata(file).is_ok_and(|file| file.len() > 0)
     };
-    // What an earlier one left is removed first.
-    let id = format!("-{}-", child.id());
-    while !folder.names().iter().any(|name| name.contains(&id) && has_content(name)) {
+    while !folder.names().iter().any(|name| !before.contains(name) && has_content(name)) {
         if child.try_wait().unwrap().is_some() {
             return false;
         }
@@ -149,9 +162,9 @@ impl Baking {
         folder.write("mesh.obj", model.obj());
         folder.write("mesh.sdf.h5", OLD);
         let before = folder.names();
-        let mut command = Command::new(SDFTOOL);
+        let mut command = program(&folder);
         command.args(format!("bake mesh.obj --padding 0 --res {res} {words}").split_whitespace());
-        command.current_dir(folder.path()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        command.stdout(Stdio::piped()).stderr(Stdio::piped());
         Self { child: command.spawn().unwrap(), folder, before }
     }
 
@@ -185,13 +198,18 @@ impl Baking {
 }
 
 /// Waits until the program handles the signal.
-#[cfg(target_os = "linux")]
 fn wait_for_handler(child: &Child) {
+    wait_for_block(child, 2);
+}
+
+/// Waits until the program has blocked this signal.
+#[cfg(target_os = "linux")]
+fn wait_for_block(child: &Child, signal: u32) {
     let deadline = Instant::now() + Duration::from_secs(60);
     let catches = || {
         let status = std::fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap_or_default();
         let blocked = status.lines().find_map(|line| line.strip_prefix("SigBlk:")).map(str::trim).unwrap_or("0");
-        u64::from_str_radix(blocked, 16).unwrap() >> 1 & 1 == 1
+        u64::from_str_radix(blocked, 16).unwrap() >> (signal - 1) & 1 == 1
     };
     while !catches() {
         assert!(Instant::now() < deadline);
@@ -200,7 +218,7 @@ fn wait_for_handler(child: &Child) {
 }
 
 #[cfg(not(target_os = "linux"))]
-fn wait_for_handler(_: &Child) {
+fn wait_for_block(_: &Child, _: u32) {
     sleep(Duration::from_millis(500));
 }
 
@@ -213,6 +231,25 @@ fn a_signal_to_end_during_a_bake_leaves_nothing_behind_and_is_told_by_the_status
         sleep(Duration::from_millis(100));
         baking.signal(signal);
         baking.assert_interrupted(status);
+    }
+}
+
+/// As `nohup` and shells do.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_signal_that_the_program_is_started_to_ignore_does_not_end_it() {
+    for signal in ["HUP", "INT"] {
+        let folder = Folder::new();
+        folder.write("mesh.obj", Model::ball([0.0; 3], 1.0, 4).obj());
+        let script = format!("trap '' {signal}; exec {SDFTOOL} bake mesh.obj --res 150");
+        let mut command = Command::new("sh");
+        command.args(["-c", &script]).current_dir(folder.path()).stdout(Stdio::null());
+        let mut child = command.spawn().unwrap();
+        wait_for_block(&child, 15);
+        let id = child.id().to_string();
+        assert!(Command::new("kill").args([&format!("-{signal}"), &id]).status().unwrap().success());
+        assert_eq!(child.wait().unwrap().code(), Some(0), "{signal}");
+        assert!(folder.at("mesh.sdf.h5").is_file());
     }
 }
 
@@ -263,8 +300,8 @@ fn a_signal_during_a_run_leaves_a_recording_that_opens() {
     for (output, signal, status) in cases {
         let folder = Folder::new();
         folder.write("long.toml", LONG);
-        let mut command = Command::new(SDFTOOL);
-        command.args(["simulate", "long.toml", "-o", output, "--threads", "1"]).current_dir(folder.path());
+        let mut command = program(&folder);
+        command.args(["simulate", "long.toml", "-o", output, "--threads", "1"]);
         let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
         let first = if output == "frames/" { folder.at("frames/still.obj") } else { folder.at(output) };
         let deadline = Instant::now() + Duration::from_secs(120);
@@ -312,8 +349,8 @@ fn signals_at_once_are_one_and_a_later_one_ends_a_run_at_once() {
     let start = |substeps: &str| {
         let folder = Folder::new();
         folder.write("long.toml", LONG.replace("substeps = 4", substeps));
-        let mut command = Command::new(SDFTOOL);
-        command.args(["simulate", "long.toml", "-o", "run.html", "--threads", "1"]).current_dir(folder.path());
+        let mut command = program(&folder);
+        command.args(["simulate", "long.toml", "-o", "run.html", "--threads", "1"]);
         let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
         let deadline = Instant::now() + Duration::from_secs(120);
         while !folder.at("run.html").exists() {

@@ -372,8 +372,78 @@ fn a_field_in_a_pipe_is_told_to_come_by_a_dash() {
     let folder = scene();
     let made = std::process::Command::new("mkfifo").arg(folder.at("pipe")).status().unwrap();
     assert!(made.success());
-    for words in ["contacts sheet.stl pipe", "info pipe", "view pipe -o page.html"] {
+    for words in [
+        "contacts sheet.stl pipe",
+        "info pipe",
+        "view pipe -o page.html",
+        "contacts ball.sdf.h5 pipe",
+        "contacts pipe ball.sdf.h5",
+    ] {
         let line = folder.refused(words);
         assert_eq!(line, "pipe: not a regular file: give `-` and the field on standard input", "{words}");
+    }
+}
+
+/// A file of that name is `./-`.
+#[test]
+fn a_dash_is_standard_input_whatever_a_file_of_that_name_holds() {
+    let folder = scene();
+    let piped = |words: &str, name: &str| {
+        let assert = folder.sdftool(words).write_stdin(folder.read(name)).assert().success().stderr("");
+        String::from_utf8_lossy(&assert.get_output().stdout).into_owned()
+    };
+    let info = folder.done("info ball.sdf.h5");
+    let contacts = folder.json("contacts sheet.stl ball.sdf.h5")["contacts"].clone();
+    for name in ["ball.obj", "ball.sdf.h5", "sphere.sdf.toml"] {
+        folder.write("-", folder.read(name));
+        assert_eq!(piped("info -", "ball.sdf.h5"), info, "{name}");
+        let found: Value = serde_json::from_str(&piped("contacts - ball.sdf.h5 --json", "sheet.stl")).unwrap();
+        assert_eq!(found["contacts"], contacts, "{name}");
+        says(&folder.misused("contacts ball.sdf.h5 -"), &["two fields are read twice", "name a file for each"]);
+    }
+    folder.done("contacts ball.sdf.h5 ./sphere.sdf.toml");
+}
+
+#[test]
+fn elements_that_are_skipped_are_counted() {
+    let folder = scene();
+    folder.write("far.obj", "v 0 0 0.9\nv 0.3 0 1.1\nv 0 0.3 1.1\nv 1e200 0 0\nf 1 2 3\nf 1 2 4\n");
+    says(&folder.done("contacts far.obj sphere.sdf.toml"), &["skipped", "1 element with coordinates"]);
+    says(&folder.done("view sphere.sdf.toml far.obj -o page.html"), &["skipped", "1 element with coordinates"]);
+    says(
+        &folder.done("compare far.obj sphere.sdf.toml --rounds 1"),
+        &["2 elements", "skipped: 1 element with coordinates"],
+    );
+    for words in [
+        "contacts far.obj sphere.sdf.toml",
+        "view sphere.sdf.toml far.obj -o page.html",
+        "compare far.obj sphere.sdf.toml",
+    ] {
+        assert_eq!(folder.json(words)["not_finite"], 1, "{words}");
+    }
+}
+
+/// More memory than any machine of the tests has, told before any work.
+#[test]
+fn what_needs_more_memory_than_is_free_is_refused() {
+    let folder = scene();
+    for (words, what) in [
+        ("export sphere.sdf.toml --format npy --res 4096", "sphere.sdf.toml: 4105 × 4105 × 4105 nodes need"),
+        ("verify ball.sdf.h5 ball.obj --points 4294967295", "--points 4294967295 needs"),
+    ] {
+        says(&folder.refused(words), &[what, "free", "use "]);
+    }
+}
+
+/// Addresses may be limited to less than the machine has.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_limit_of_addresses_counts_as_memory() {
+    let folder = scene();
+    for words in ["slice sphere.sdf.toml --pixels 16384 -o out.png", "bake ball.obj --res 700 --threads 1"] {
+        let script = format!("ulimit -v 800000; exec {} {words}", crate::folder::SDFTOOL);
+        let mut command = assert_cmd::Command::new("sh");
+        command.args(["-c", &script]).current_dir(folder.path());
+        says(&folder.refuses(&mut command, words), &["bytes", "free"]);
     }
 }

@@ -120,7 +120,7 @@ fn a_hole_is_told_by_region_and_closed_when_asked() {
     says(&folder.refused("bake open.obj --max-error 2%"), &["--weld or --close"]);
 
     // The lid's boundary has a diagonal of √2.
-    says(&folder.done("bake open.obj --res 16 --close 1.4"), &["1 boundary loop too large to cap"]);
+    says(&folder.done("bake open.obj --res 16 --close 1.4"), &["1 boundary loop not capped, too large"]);
     says(
         &folder.done("bake open.obj --max-error 2% --close 1.42"),
         &["2 triangles added by caps", "closed, consistently wound, one shell; 1 boundary loop capped", "proven"],

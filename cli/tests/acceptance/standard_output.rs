@@ -118,3 +118,21 @@ fn a_device_that_stands_for_a_file_is_not_replaced() {
         assert_eq!(folder.read("all.bin"), b"before\nafter\n", "{name}");
     }
 }
+
+/// Where standard error cannot be written to, the work is done and the status says how it ended.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_standard_error_changes_no_status() {
+    let folder = scene();
+    folder.write("junk.obj", "f 1 2 3\n");
+    let status = |words: &str| {
+        let script = format!("exec {} {words} 2>/dev/full", crate::folder::SDFTOOL);
+        let mut command = std::process::Command::new("sh");
+        command.args(["-c", &script]).current_dir(folder.path()).output().unwrap().status.code()
+    };
+    assert_eq!(status("info missing.sdf.h5"), Some(1));
+    // With a warning: this level has an end at the box.
+    assert_eq!(status("surface ball.sdf.h5 --level 0.3 -o open.obj"), Some(0));
+    assert_eq!(status("bake junk.obj ball.obj other.obj --res 8 --out-dir grids"), Some(3));
+    assert!(["open.obj", "grids/ball.sdf.h5", "grids/other.sdf.h5"].iter().all(|name| folder.at(name).is_file()));
+}

@@ -37,6 +37,8 @@ pub fn rust_table(blob: &[u8], name: &str, about: &str) -> String {
 }
 
 fn lines(text: &mut String, blob: &[u8]) {
+    // Three digits and a comma.
+    text.reserve(4 * blob.len() + blob.len() / LINE + 1);
     for line in blob.chunks(LINE) {
         line.iter().for_each(|byte| write!(text, "{byte},").expect("a String takes all text"));
         text.push('\n');

@@ -39,7 +39,8 @@ pub fn npy(bytes: &[u8], origin: [f64; 3], spacing: f64, max_bytes: f64) -> Resu
         return refused(format!("it has {} axes: three are needed, in the order z, y, x", shape.len()));
     };
     let [nz, ny, nx] = counts;
-    let lattice = room(origin, spacing, [nx, ny, nz], max_bytes)?;
+    // Samples that are transposed are there twice.
+    let lattice = room(origin, spacing, [nx, ny, nz], if is_fortran { 0.5 * max_bytes } else { max_bytes })?;
     let wanted = lattice.node_count().checked_mul(width);
     if wanted != Some(data.len()) {
         return refused(format!("{} bytes of samples, where {nz} × {ny} × {nx} of {kind} are due", data.len()));

@@ -3,7 +3,7 @@
 use std::fs;
 use std::io::{self, Error};
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 use sdf_formats::{FolderWriter, atomic_write, grid_file, remove_temporaries, try_to_write};
 use tempfile::TempDir;
@@ -213,6 +213,38 @@ fn a_killed_write_leaves_the_old_file() {
     assert_eq!(old.file_count(), 2, "old.txt and new.txt");
 }
 
+/// Not a test of its own: a child process of the next test, which writes the same target as others do.
+#[test]
+#[ignore = "started by another test"]
+fn rival() {
+    let Some(target) = std::env::var_os(TARGET) else { return };
+    for _ in 0..200 {
+        let write = |temporary: &Path| fs::write(temporary, "new");
+        atomic_write(Path::new(&target), write).unwrap();
+        try_to_write(Path::new(&target)).unwrap();
+        FolderWriter::new(Path::new(&target).parent().unwrap()).unwrap().write("old.txt", b"new").unwrap();
+    }
+}
+
+#[test]
+fn processes_that_write_one_file_at_the_same_time_all_succeed() {
+    let old = OldFile::new();
+    let this = std::env::current_exe().unwrap();
+    let start = |_| {
+        let mut command = Command::new(&this);
+        command.args(["--exact", "atomic_write::rival", "--ignored"]).env(TARGET, &old.path);
+        command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
+    };
+    let rivals: Vec<_> = (0..6).map(start).collect();
+    for rival in rivals {
+        let output = rival.wait_with_output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        assert!(String::from_utf8_lossy(&output.stdout).contains("1 passed"));
+    }
+    assert_eq!(fs::read(&old.path).unwrap(), b"new");
+    assert_eq!(old.file_count(), 1);
+}
+
 /// The folder of a process that lives, here or on another machine, stays.
 #[test]
 fn a_write_in_progress_elsewhere_is_left_alone() {
@@ -226,7 +258,8 @@ fn a_write_in_progress_elsewhere_is_left_alone() {
     };
     let mut note = |path: &Path| name = path.parent().unwrap().file_name().unwrap().to_str().unwrap().to_owned();
     write(&mut note).unwrap();
-    let other = old.folder.path().join(name.replacen(&std::process::id().to_string(), "1", 1));
+    let (_, of_target) = name.rsplit_once('-').unwrap();
+    let other = old.folder.path().join(format!(".sdftool-1-{of_target}"));
     // Empty: killed between the folder and its lock.
     fs::create_dir(&other).unwrap();
     write(&mut |_| {}).unwrap();

@@ -7,7 +7,7 @@ use anyhow::Result;
 use sdf_field::compare::{Comparison, MethodReport};
 use sdf_formats::atomic_write;
 
-use super::advice;
+use super::{advice, by_device, name};
 use crate::args::CompareArgs;
 use crate::histogram::escaped;
 use crate::mesh_input::with_path;
@@ -18,16 +18,23 @@ pub fn write(path: &Path, args: &CompareArgs, comparison: &Comparison) -> Result
     with_path(path, atomic_write(path, |temporary| std::fs::write(temporary, &page)))
 }
 
+/// The methods by their names in the table, and whether one is recommended: those of a card never are.
+fn named(comparison: &Comparison) -> impl Iterator<Item = (String, &MethodReport, bool)> + Clone {
+    by_device(comparison).map(|(device, report)| {
+        let is_recommended = device == "cpu" && report.method == comparison.recommended;
+        (name(device, report), report, is_recommended)
+    })
+}
+
 fn page(args: &CompareArgs, comparison: &Comparison) -> String {
     let title = format!("{} on {}", args.mesh.display(), args.sdf.display());
     let title = escaped(&title);
     let mut rows = String::new();
-    for report in &comparison.methods {
-        let class = if report.method == comparison.recommended { " class=\"recommended\"" } else { "" };
+    for (name, report, is_recommended) in named(comparison) {
+        let class = if is_recommended { " class=\"recommended\"" } else { "" };
         let _ = writeln!(
             rows,
-            "<tr{class}><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
-            report.method,
+            "<tr{class}><td>{name}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
             seconds(report.seconds),
             report.evaluations,
             report.contacts,
@@ -72,8 +79,9 @@ fn decades(numbers: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
 
 /// Worst error against time, both logarithmic. An error of zero is drawn on the axis.
 fn plot(comparison: &Comparison) -> String {
-    let errors = comparison.methods.iter().map(|report| report.error_worst).filter(|error| *error > 0.0);
-    let (low_time, high_time) = decades(comparison.methods.iter().map(|report| report.seconds.max(1e-9)));
+    let reports = by_device(comparison).map(|(_, report)| report);
+    let errors = reports.clone().map(|report| report.error_worst).filter(|error| *error > 0.0);
+    let (low_time, high_time) = decades(reports.map(|report| report.seconds.max(1e-9)));
     let (low_error, high_error) = decades(errors);
     let x =
         |seconds: f64| LEFT + (WIDTH - LEFT - RIGHT) * (seconds.max(1e-9).log10() - low_time) / (high_time - low_time);
@@ -110,23 +118,22 @@ fn plot(comparison: &Comparison) -> String {
             at + 4.0
         );
     }
-    for report in &comparison.methods {
-        point(&mut svg, report, x(report.seconds), y(report.error_worst), report.method == comparison.recommended);
+    for (name, report, is_recommended) in named(comparison) {
+        point(&mut svg, &name, report, [x(report.seconds), y(report.error_worst)], is_recommended);
     }
     svg + "</svg>"
 }
 
 /// Draws a method as a disk: filled if it misses no contact.
-fn point(svg: &mut String, report: &MethodReport, x: f64, y: f64, is_recommended: bool) {
+fn point(svg: &mut String, name: &str, report: &MethodReport, [x, y]: [f64; 2], is_recommended: bool) {
     let fill = if report.missed == 0 { "#2e7d32" } else { "white" };
     let stroke = if report.missed == 0 { "#2e7d32" } else { "#c62828" };
     let weight = if is_recommended { "bold" } else { "normal" };
     let _ = writeln!(
         svg,
         "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"5\" fill=\"{fill}\" stroke=\"{stroke}\" stroke-width=\"2\"/>\
-         <text x=\"{:.1}\" y=\"{:.1}\" font-weight=\"{weight}\">{}</text>",
+         <text x=\"{:.1}\" y=\"{:.1}\" font-weight=\"{weight}\">{name}</text>",
         x + 9.0,
         y + 4.0,
-        report.method
     );
 }
