@@ -23,7 +23,10 @@ pub fn import_grid(
     #[pyo3(from_py_with = arrays::optional_vector)] origin: Option<[f64; 3]>,
 ) -> PyResult<Sdf> {
     if std::fs::metadata(&path).is_ok_and(|there| !there.is_file() && !there.is_dir()) {
-        return Err(value_error(format!("{}: a device or pipe, which may have no end: give a regular file", path.display())));
+        return Err(value_error(format!(
+            "{}: a device or pipe, which may have no end: give a regular file",
+            path.display()
+        )));
     }
     let bytes = pools::run(py, None, || std::fs::read(&path))?;
     let bytes = bytes.map_err(|error| io_error(&error, &path, &format!("{}: {error}", path.display())))?;
