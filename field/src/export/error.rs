@@ -13,7 +13,7 @@ pub enum ExportError {
     Unbounded,
     /// The box cannot be cut into so many cells.
     NoLattice,
-    /// [`ExportOptions::cells`] or [`ExportOptions::band`] is 0.
+    /// [`cells`](super::ExportOptions::cells) or [`band`](super::ExportOptions::band) is 0.
     NoCells(&'static str),
     /// A value of the field is not finite, or too large for f32.
     NotFinite,
