@@ -1,5 +1,6 @@
 //! From a surface and an obstacle to rows: which elements are asked, by which method, within which margin, and what is kept.
 
+mod elements;
 mod rigid;
 
 use sdf_core::Aabb;
@@ -16,6 +17,7 @@ use crate::sheet_normal::SheetNormals;
 use crate::surface::{Carrier, Surface};
 use crate::{V3, World};
 
+pub use elements::Elements;
 use rigid::RigidMemory;
 
 /// Knowledge of one surface and one obstacle from frame to frame.
@@ -24,26 +26,6 @@ pub struct Memory {
     faces: Known,
     edges: Known,
     rigid: RigidMemory,
-}
-
-/// Kinds of elements that are asked.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Elements {
-    /// Triangles.
-    pub faces: bool,
-    /// Edges.
-    pub edges: bool,
-    /// Vertices.
-    pub vertices: bool,
-}
-
-impl Elements {
-    /// Triangles alone: they find everything that touches.
-    pub const FACES: Self = Self { faces: true, edges: false, vertices: false };
-    /// Edges alone: for strings.
-    pub const EDGES: Self = Self { faces: false, edges: true, vertices: false };
-    /// Vertices alone: as most simulators do.
-    pub const VERTICES: Self = Self { faces: false, edges: false, vertices: true };
 }
 
 /// How contacts are searched and what becomes of them.

@@ -61,17 +61,10 @@ fn a_file_that_may_not_grow_is_told_and_leaves_the_old_file_and_no_other() {
 }
 
 /// The program, with no signal ignored: what runs the tests may ignore some, as shells do for jobs in the background.
-#[cfg(target_os = "linux")]
 fn program(folder: &Folder) -> Command {
     let mut command = Command::new("env");
-    command.args(["--default-signal=HUP,INT,TERM", SDFTOOL]).current_dir(folder.path());
-    command
-}
-
-#[cfg(not(target_os = "linux"))]
-fn program(folder: &Folder) -> Command {
-    let mut command = Command::new(SDFTOOL);
-    command.current_dir(folder.path());
+    command.args(cfg!(target_os = "linux").then_some("--default-signal=HUP,INT,TERM"));
+    command.arg(SDFTOOL).current_dir(folder.path());
     command
 }
 

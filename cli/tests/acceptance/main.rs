@@ -21,6 +21,7 @@ mod hostile;
 mod interrupted;
 mod json;
 mod lean;
+mod limits;
 mod overlap;
 mod parts;
 mod pictures;

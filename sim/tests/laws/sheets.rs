@@ -201,7 +201,7 @@ fn faces_keep_a_coarse_sheet_off_thin_spikes_and_vertices_do_not() {
     assert!(vertices > 5, "{vertices}");
 }
 
-/// Of a face that comes down level any point is the lowest: the others must not go on until the next search.
+/// A face that comes down level is lowest anywhere: its other corners must not go on until the next search.
 #[test]
 fn no_vertex_of_a_level_sheet_passes_a_floor() {
     let thickness = 0.004;
