@@ -1,4 +1,4 @@
-//! What is skipped is counted, and what needs more memory than is free is refused before any work.
+//! Elements that are skipped are counted, and what needs more memory than is free is refused before any work.
 
 use crate::folder::{Folder, says};
 use crate::meshes::Model;
