@@ -14,7 +14,7 @@ cd "$(dirname "$0")/.."
 missing=()
 for program in cmake g++ pkg-config valgrind; do command -v "$program" >/dev/null || missing+=("$program"); done
 python3 -c 'import ensurepip, venv' 2>/dev/null || missing+=(python3 python3-venv)
-# Of Open3D, whose wheel does not have it.
+# Open3D's wheel needs it and does not contain it.
 [ "${SDFTOOL_LARGE:-1}" = 0 ] || ldconfig -p | grep -q 'libusb-1\.0\.so\.0' || missing+=(libusb-1.0-0)
 install_packages "${missing[@]}"
 # One target folder for all: what the doors and the program share is built once.

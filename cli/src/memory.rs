@@ -27,14 +27,6 @@ pub fn shortage_of_budget(bytes: Option<f64>, budget: Option<f64>) -> String {
     }
 }
 
-/// The peak memory of this process in bytes; `None` if the system does not report it.
-pub fn peak() -> Option<u64> {
-    let text = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
-    let kibibytes: u64 = line.split_whitespace().next()?.parse().ok()?;
-    Some(kibibytes * 1024)
-}
-
 /// A number of bytes, and the same in the largest unit that fits.
 pub fn words(bytes: f64) -> String {
     if bytes >= 1e18 {

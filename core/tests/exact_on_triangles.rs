@@ -245,6 +245,21 @@ fn a_triangle_within_rounding_of_a_face_of_cells_is_searched_on_all_of_it() {
     }
 }
 
+/// Boxes of 9 and 10 cells along each axis have too many cells for one search, and few for blocks.
+#[test]
+fn a_triangle_in_a_box_of_any_size_up_to_fourteen_cells_needs_no_search() {
+    let mut random = Random(20_261_131);
+    let samples = samples(1, &mut random);
+    let dense = Dense::new(&lattice(), &samples[..]).unwrap();
+    let grid = Grid::new(lattice(), dense, measure_slope_bound(&lattice(), &dense)).unwrap();
+    for cells in 1..=14 {
+        let size = (f64::from(cells) - 0.5) * SPACING;
+        let first = Vector3::from(lattice().origin()) + Vector3::repeat(0.25 * SPACING);
+        let corners = [first, first + Vector3::new(size, size, 0.0), first + Vector3::new(0.0, size, size)];
+        assert!(grid.exact_minimum(corners, Goal::exact()).is_some(), "{cells}");
+    }
+}
+
 /// Bounds of the samples at the nodes of each block.
 fn block_bounds(samples: &[f32]) -> Vec<BlockBounds> {
     let bounds = |slot: [u32; 3]| {

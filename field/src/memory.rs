@@ -30,14 +30,28 @@ pub fn free_bytes() -> Option<f64> {
 /// Bytes that the limit of the process' addresses leaves; `None` without a limit.
 #[cfg(not(target_arch = "wasm32"))]
 fn free_addresses() -> Option<u64> {
-    let number = |file: &str, label: &str| {
-        let text = std::fs::read_to_string(file).ok()?;
-        text.lines().find_map(|line| line.strip_prefix(label)?.split_whitespace().next()?.parse::<u64>().ok())
-    };
-    // "unlimited" is no number.
+    // A limit that is not set is a word.
     let limit = number("/proc/self/limits", "Max address space")?;
-    let kibibytes = number("/proc/self/status", "VmSize:")?;
-    Some(limit.saturating_sub(kibibytes * 1024))
+    Some(limit.saturating_sub(status_bytes("VmSize:")?))
+}
+
+/// The most memory that the process has held so far, in bytes; `None` if the system does not say.
+#[cfg(not(target_arch = "wasm32"))]
+pub fn peak_bytes() -> Option<u64> {
+    status_bytes("VmHWM:")
+}
+
+/// A size in the status of the process, in bytes.
+#[cfg(not(target_arch = "wasm32"))]
+fn status_bytes(label: &str) -> Option<u64> {
+    Some(number("/proc/self/status", label)? * 1024)
+}
+
+/// The number behind a label at the beginning of a line.
+#[cfg(not(target_arch = "wasm32"))]
+fn number(file: &str, label: &str) -> Option<u64> {
+    let text = std::fs::read_to_string(file).ok()?;
+    text.lines().find_map(|line| line.strip_prefix(label)?.split_whitespace().next()?.parse().ok())
 }
 
 /// Bytes that the limits of the process' control group and of those around it leave; `None` without a limit. Of the memory that is counted

@@ -33,7 +33,7 @@ pub struct Memory {
 pub struct Query {
     /// Kinds of elements.
     pub elements: Elements,
-    /// Are vertices of sheets, strings and soft bodies asked too that arrive within the frame: that get farther than the thickness, beside what
+    /// Are vertices of sheets, strings and soft bodies searched too that arrive within the frame: that get farther than the thickness, beside what
     /// they fall, or than a tenth of it and do not touch yet? Of a face that comes down level one point is the lowest, and its other corners
     /// would go on until the next search.
     pub struck_vertices: bool,
@@ -58,7 +58,7 @@ pub struct Query {
     pub threads: Threads,
 }
 
-/// Share of the thickness: a vertex that gets farther in a frame, and is farther from touching, is asked by itself.
+/// Share of the thickness: a vertex that moves farther in a frame, and is farther from touching, is searched by itself.
 const STRUCK: f64 = 0.1;
 
 impl Default for Query {
@@ -280,9 +280,9 @@ impl Query {
         let reaches: Vec<f64> = surface.speeds(world).iter().map(|speed| motion.reach(*speed)).collect();
         // Ways beside what falls from rest in the frame. What touches already, and rocks, keeps what is known of it.
         let fall = 0.5 * world.gravity.norm() * motion.time * motion.time;
-        let way = |vertex: u32| reaches[vertex as usize] - fall;
         let is_struck = |contact: &Contact<f64>| {
-            let (way, is_away) = (way(contact.vertices[0]), contact.distance > (1.0 + STRUCK) * self.thickness);
+            let way = reaches[contact.vertices[0] as usize] - fall;
+            let is_away = contact.distance > (1.0 + STRUCK) * self.thickness;
             self.thickness < way || (is_away && STRUCK * self.thickness < way)
         };
         let reach = |vertices: &[u32]| {

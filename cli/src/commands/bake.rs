@@ -204,7 +204,7 @@ fn part_report(
         "band": info.band,
         "bricks": bricks,
         "file_bytes": file,
-        "peak_memory_bytes": memory::peak(),
+        "peak_memory_bytes": sdf_field::memory::peak_bytes(),
         "seconds": {"read": read, "bake": bake},
     });
     Report { rows, json }

@@ -11,7 +11,7 @@ use crate::error_regions::proof;
 use crate::failure::misuse;
 use crate::mesh_input::is_standard_input;
 use crate::report::{Report, counted, counts, number, seconds};
-use crate::{memory, output, progress, standard_output};
+use crate::{output, progress, standard_output};
 
 pub fn run(args: &MergeArgs) -> Result<()> {
     if standard_output::is_standard_output(&args.output) {
@@ -54,7 +54,7 @@ fn report(args: &MergeArgs, grid: &GridOnDisk, time: f64) -> Report<Value> {
         "error_bound": info.error_bound,
         "warning": warning,
         "file_bytes": file,
-        "peak_memory_bytes": memory::peak(),
+        "peak_memory_bytes": sdf_field::memory::peak_bytes(),
         "seconds": time,
     });
     Report { rows, json }

@@ -1,6 +1,6 @@
-//! Which kinds of elements are asked?
+//! Which kinds of elements are searched?
 
-/// Kinds of elements that are asked.
+/// Kinds of elements that are searched.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Elements {
     /// Triangles.

@@ -126,7 +126,7 @@ impl<'a> Run<'a> {
     fn new(spec: &'a SceneSpec, stage: &Stage, method: ElementMethod, threads: Threads) -> Self {
         let query = Query {
             method: method.method,
-            // Patches that leave on one side, surfaces without an inside and the baseline of four samples are told by faces alone.
+            // Faces alone where patches leave on one side, where obstacles have no inside, and in the baseline of four samples.
             struck_vertices: !spec.choose_side && !method.surface_only && method.method != Method::Sampling(4),
             thickness: spec.thickness,
             friction: spec.friction,

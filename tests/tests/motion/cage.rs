@@ -321,6 +321,21 @@ fn a_part_in_two_tetrahedra_covers_nothing_else() {
     });
 }
 
+/// Lengths cubed are no numbers there.
+#[test]
+fn a_cage_of_any_size_is_well_conditioned() {
+    for size in [1e-120, 1e-104, 1e-60, 1.0, 1e60, 1e108, 1e120] {
+        let Lattice { points, tets } = Lattice::new(2);
+        // Flat enough for the inverse that takes more care.
+        let points = points.into_iter().map(|[x, y, z]| [x * size, y * size, 1e-4 * z * size]).collect();
+        let lattice = Lattice { points, tets };
+        with_cage(&lattice, &lattice.points, |cage| {
+            let mut statuses = (0..lattice.tets.len() as u32).map(|tet| cage.status(tet));
+            assert!(statuses.all(|status| status == TetStatus::Good), "{size}");
+        });
+    }
+}
+
 #[test]
 fn inverted_flat_and_broken_tetrahedra_have_a_status_and_no_nan_comes_of_them() {
     let mut random = Random::seeded();

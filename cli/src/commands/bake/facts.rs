@@ -10,9 +10,9 @@ use sdf_field::{Baked, BakedFile, ErrorRegions, GridInfo, MeshReport, Topology};
 use serde_json::json;
 
 use crate::args::BakeArgs;
+use crate::error_regions;
 use crate::mesh_input::MeshFacts;
 use crate::report::{counted, counts, number, seconds};
-use crate::{error_regions, memory};
 
 /// Facts that a bake found out.
 pub struct GridFacts<'a> {
@@ -168,7 +168,7 @@ pub fn document(
         "error_regions": facts.regions.map(error_regions::document),
         "warning": facts.warning(),
         "file_bytes": file,
-        "peak_memory_bytes": memory::peak(),
+        "peak_memory_bytes": sdf_field::memory::peak_bytes(),
         "seconds": {"read": read, "bake": bake, "write": write},
     })
 }
