@@ -28,7 +28,7 @@ fn text(error: &SdfError) -> String {
     CStr::from_bytes_until_nul(&error.text).unwrap().to_str().unwrap().to_owned()
 }
 
-/// 309³ nodes of 4 bytes are 118 MB, of which a process of 110 MB has no room.
+/// 309³ nodes of 4 bytes are 118 MB, for which a process of 110 MB has no room.
 #[test]
 fn a_grid_that_is_not_damaged_is_too_large_for_a_small_process() {
     let (baked, field, why) = bake(300);
@@ -37,7 +37,8 @@ fn a_grid_that_is_not_damaged_is_too_large_for_a_small_process() {
     sdftool::sdf_free(field);
     let test = std::env::current_exe().unwrap();
     let script = "ulimit -v 110000; exec \"$0\" --exact in_a_small_process --ignored --test-threads 1";
-    let output = Command::new("sh").args(["-c", script]).arg(test).output().unwrap();
+    // A backtrace that has no room for its symbols waits for itself.
+    let output = Command::new("sh").args(["-c", script]).arg(test).env("RUST_BACKTRACE", "0").output().unwrap();
     assert!(output.status.success(), "{output:?}");
 }
 
@@ -47,7 +48,8 @@ fn a_grid_that_is_not_damaged_is_too_large_for_a_small_process() {
 fn in_a_small_process() {
     let (baked, field, why) = bake(300);
     assert!(baked == SdfResult::InvalidArgument && field.is_null(), "{baked:?}");
-    assert_eq!(why, "a grid of 309 × 309 × 309 nodes needs 118014516 bytes: take larger voxels or a sparse grid");
+    assert!(why.starts_with("a grid of 309 × 309 × 309 nodes needs 120638544 bytes, and "), "{why}");
+    assert!(why.ends_with(" are free: take larger voxels or a sparse grid"), "{why}");
     let (mut field, mut error): (*mut SdfField, _) = (null_mut(), SdfError { text: [0; 512] });
     assert_eq!(sdftool::sdf_load(FILE.as_ptr(), &mut field, &mut error), SdfResult::File);
     let why = text(&error);
