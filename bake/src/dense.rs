@@ -170,8 +170,11 @@ fn node(lattice: &Lattice, index: [usize; 3]) -> Vector3<f64> {
 /// errs by its rounding to f32, by ρ where the surface was cut out of crossing faces, and by δ, the rounding of its own position: far
 /// from the origin δ exceeds a small h. The sign of an open mesh also jumps away from the mesh. There the error is at most the
 /// distance, half a diagonal more than at the corners, and the interpolant's magnitude. In a cell whose corners have one sign, points have
-/// that sign by definition (`docs/error-bounds.md`, "What is added").
+/// that sign by definition (`docs/error-bounds.md`, "What is added"). Infinite where the sign is not certain.
 fn error_bound(mesh: &MeshDistance, lattice: &Lattice, distances: &[f32]) -> f64 {
+    if !mesh.is_sign_certain() {
+        return f64::INFINITY;
+    }
     let half_diagonal = 0.75_f64.sqrt() * lattice.spacing();
     let max_in = |chunk: Range<usize>| distances[chunk].iter().fold(0.0, |max: f32, distance| max.max(distance.abs()));
     let max_distance = sdf_parallel::map_chunks(distances.len(), max_in).into_iter().fold(0.0, f32::max);

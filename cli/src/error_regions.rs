@@ -3,9 +3,15 @@ use serde_json::json;
 
 use crate::report::number;
 
-/// Words for what is proven of an error bound. Where the inside of an open mesh ends between nodes is a matter of definition.
-pub fn proof(is_sign_continuous: bool) -> &'static str {
-    if is_sign_continuous { "proven" } else { "proven with the sign of a cell's corners where they agree" }
+/// Why a baked grid may have no error bound.
+pub const UNFIT: &str =
+    "unknown: pseudo-normals do not fit this mesh, and whole regions may have the wrong sign: use --sign auto";
+
+/// Words for an error bound, with those for the `median` behind it, and what is proven of it. Where the inside of an open mesh ends between
+/// nodes is a matter of definition.
+pub fn bound_row(bound: f64, median: &str, is_sign_continuous: bool) -> String {
+    let proof = if is_sign_continuous { "proven" } else { "proven with the sign of a cell's corners where they agree" };
+    if bound.is_finite() { format!("at most {}{median}, {proof}", number(bound)) } else { UNFIT.to_owned() }
 }
 
 /// The share of cells with the error of a closed mesh, and where the others are.

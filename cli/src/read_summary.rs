@@ -48,6 +48,9 @@ impl ReadSummary {
     }
 }
 
+/// Largest number of cells beside a mesh that a message advises.
+const MOST_CELLS: f64 = 4096.0;
+
 /// Relative rounding of distances in f64: more than a cull allows for, as a fraction of the largest coordinate.
 pub const ROUNDING: f64 = 1e-12;
 
@@ -63,13 +66,15 @@ pub fn require_distances(file: &Path, margin: f64, grid: &Summary) -> Result<()>
                 true => ("more", "use a smaller --margin"),
                 false => ("deeper", "find contacts of a mesh by `contacts` with --complete or --exact"),
             };
+            let cells = (margin.abs() / spacing).ceil();
+            let has_room = cells <= MOST_CELLS;
+            let bake =
+                if has_room { format!("bake it with {option} {} or more, or ", many(cells)) } else { String::new() };
             bail!(
-                "{}: --margin {} is {beyond} than the {} around the surface in which the grid has distances: bake it with {option} {} \
-                 or more, or {remedy}",
+                "{}: --margin {} is {beyond} than the {} around the surface in which the grid has distances: {bake}{remedy}",
                 file.display(),
                 number(margin),
-                number(limit),
-                many((margin.abs() / spacing).ceil())
+                number(limit)
             );
         }
     }

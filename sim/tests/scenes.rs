@@ -33,7 +33,7 @@ fn every_scene_of_the_folder_is_one() {
         let path = entry.unwrap().path();
         let mut spec = scene::read(&path).unwrap_or_else(|error| panic!("{error}"));
         spec.shrink();
-        spec.obstacle.iter_mut().for_each(|obstacle| obstacle.cells = 8);
+        spec.obstacle.iter_mut().for_each(|obstacle| obstacle.cells = obstacle.mesh.as_ref().map(|_| 8));
         spec.rigid.iter_mut().for_each(|rigid| rigid.cells = 8);
         spec.soft.iter_mut().for_each(|soft| soft.cells = 8);
         let stage =

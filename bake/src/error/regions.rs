@@ -106,10 +106,16 @@ pub fn code_step(precision: Precision, scales: &[Scale]) -> f32 {
 }
 
 impl MeshDistance<'_> {
+    /// Is the sign right wherever it is continuous? Winding numbers say what inside is. Pseudo-normals are wrong in whole regions of a mesh
+    /// that does not bound one solid.
+    pub fn is_sign_certain(&self) -> bool {
+        self.sign_method() == SignMethod::Winding || self.is_continuous()
+    }
+
     /// The error of a grid that was baked from this mesh, by region. `None` where the signed distance is continuous: then one bound holds
-    /// everywhere.
+    /// everywhere; and where the sign is not certain: then none does.
     pub fn error_regions(&self, BakedGrid { grid, jumps, .. }: &BakedGrid) -> Option<ErrorRegions> {
-        if self.is_continuous() {
+        if self.is_continuous() || !self.is_sign_certain() {
             return None;
         }
         let (lattice, storage) = (grid.lattice(), grid.storage());

@@ -92,12 +92,14 @@ impl TriangleMesh {
         let (is_entangled, pairs) = entangled(&self, tree, &labels, count, max_pairs);
         let ends = first_and_last_triangles(&labels, count);
         let volumes = volumes(&self, &oriented.orientations, &labels, count);
-        let min_volume = MIN_RELATIVE_VOLUME * self.bounds.diagonal().powi(3);
-        let is_free = |index: usize| !is_entangled[index] && volumes[index].abs() > min_volume;
+        let is_free = |index: usize| {
+            let [volume, size] = volumes[index];
+            !is_entangled[index] && volume.abs() > MIN_RELATIVE_VOLUME * size
+        };
         self.report.entangled_shells = (0..count).filter(|index| !is_free(*index)).count();
         let shell = |index: usize| {
             let windings = windings_around(&self, tree, &oriented.orientations, &labels, ends[index])?;
-            let orientation = if volumes[index] > 0.0 { 1 } else { -1 };
+            let orientation = if volumes[index][0] > 0.0 { 1 } else { -1 };
             Some(Shell { is_free: is_free(index), orientation, windings })
         };
         let shells = sdf_parallel::map(count, shell).into_iter().collect::<Option<Vec<Shell>>>();
@@ -168,13 +170,16 @@ fn first_and_last_triangles(labels: &[usize], count: usize) -> Vec<[usize; 2]> {
     ends
 }
 
-/// Signed volume of each shell: V = ⅓ Σ area vector · corner, about a corner of the mesh's box.
-fn volumes(mesh: &TriangleMesh, orientations: &[f64], labels: &[usize], count: usize) -> Vec<f64> {
-    let mut volumes = vec![0.0; count];
-    let origin = Vector3::from(mesh.bounds.min);
+/// Signed volume of each shell: V = ⅓ Σ area vector · corner, about a corner of its own, and the sum of the magnitudes of the terms.
+fn volumes(mesh: &TriangleMesh, orientations: &[f64], labels: &[usize], count: usize) -> Vec<[f64; 2]> {
+    let (mut volumes, mut origins) = (vec![[0.0; 2]; count], vec![None; count]);
     for ((corners, orientation), label) in mesh.triangles.iter().zip(orientations).zip(labels) {
-        let corners = mesh.corner_points(*corners).map(|corner| corner - origin);
-        volumes[*label] += orientation * area_vector(corners).dot(&corners[0]) / 3.0;
+        let corners = mesh.corner_points(*corners);
+        let origin: Vector3<f64> = *origins[*label].get_or_insert(corners[0]);
+        let corners = corners.map(|corner| corner - origin);
+        let vector = area_vector(corners);
+        volumes[*label][0] += orientation * vector.dot(&corners[0]) / 3.0;
+        volumes[*label][1] += vector.norm() * corners[0].norm() / 3.0;
     }
     volumes
 }

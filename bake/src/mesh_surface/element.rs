@@ -212,10 +212,11 @@ fn face_weights(nearest: &NearestOnTriangle, corners: [Vector3<f64>; 3]) -> [f64
 #[inline(always)]
 fn crossing(from: Vector3<f64>, along: Vector3<f64>, [a, b, c]: [Vector3<f64>; 3]) -> Option<(f64, Vector3<f64>)> {
     let normal = (b - a).cross(&(c - a));
+    let normal = normal / normal.amax();
     let (start, end) = (normal.dot(&(from - a)), normal.dot(&(from + along - a)));
-    // Not their product, which may underflow.
+    // Not their product, which may underflow. NaN without a normal.
     let are_on_one_side = start > 0.0 && end > 0.0 || start < 0.0 && end < 0.0;
-    if are_on_one_side || start == end {
+    if are_on_one_side || start == end || start.is_nan() {
         return None;
     }
     let s = start / (start - end);

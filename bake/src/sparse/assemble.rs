@@ -163,9 +163,10 @@ impl UnboundedGrid {
         let slope_bound = slope_bound_with_outside(slope_inside(&lattice, &storage, &all_bounds), reaches_box);
         // The inside of a closed mesh lies in a box that holds the mesh: a sample there is negative by rounding.
         let inside_reaches_box = reaches_box && !is_continuous || mesh.is_some_and(|mesh| !mesh.lies_in(&lattice));
-        let error_bound = errors.iter().copied().fold(0.0, f32::max).into();
+        let is_certain = mesh.is_none_or(MeshDistance::is_sign_certain);
+        let error_bound = if is_certain { errors.iter().copied().fold(0.0, f32::max).into() } else { f64::INFINITY };
         let bounds = all_bounds;
-        let jumps = mesh.filter(|_| !is_continuous).map(|_| jumps);
+        let jumps = mesh.filter(|_| !is_continuous && is_certain).map(|_| jumps);
         let grid = BoundedGrid {
             table,
             slots,

@@ -66,6 +66,17 @@ fn a_cube_in_a_cube_is_one_cube() {
     assert_eq!((cavity.report().inner_shells, cavity.triangle_count()), (0, 24));
 }
 
+/// A volume is held against the shell's own size: a small one is as certain.
+#[test]
+fn a_cube_of_any_size_in_a_cube_is_one_cube() {
+    for size in [1e-3, 1e-5, 1e-8] {
+        let baked = meshes::cube().and(meshes::cube().scaled(size)).baked().without_inner_shells();
+        let report = baked.report();
+        assert_eq!((report.inner_shells, report.inner_triangles, report.entangled_shells), (1, 12, 0), "{size}");
+        assert_eq!(MeshDistance::new(&baked, None).signed_distance([0.0; 3]), -1.0, "{size}");
+    }
+}
+
 #[test]
 fn nested_shells_have_the_distances_of_the_surface_of_the_solid() {
     let mut random = Random::from_env();

@@ -132,7 +132,8 @@ impl FleetArgs {
 pub enum Sign {
     /// Chosen by the mesh: pseudo-normal if that is certain to be right, else winding.
     Auto,
-    /// Angle-weighted pseudo-normals: for one closed surface that is not folded shut, nor far from the origin.
+    /// Angle-weighted pseudo-normals: for one closed surface that is not folded shut, nor far from the origin. Of other meshes whole
+    /// regions may have the wrong sign, and no error is proven.
     PseudoNormal,
     /// Generalized winding numbers: for open, doubled or self-intersecting meshes.
     Winding,

@@ -1,10 +1,10 @@
 //! Contents of a field file: a grid's header without its samples, or the bounds of shapes.
 
 use anyhow::Result;
-use sdf_core::Sdf;
+use sdf_core::{Aabb, Sdf};
 use sdf_formats::blob_file::StoredBlob;
 use sdf_formats::field_file::OpenField;
-use sdf_formats::grid_file::{Summary, layout_of};
+use sdf_formats::grid_file::{SignMethod, Summary, layout_of};
 use serde_json::json;
 
 use crate::args::InfoArgs;
@@ -13,7 +13,11 @@ use crate::report::{Report, corners_of, counted, counts, number};
 use crate::{error_regions, field_input};
 
 fn error_row(bound: f64, why_unknown: &str) -> String {
-    if bound.is_finite() { format!("at most {}", number(bound)) } else { format!("unknown: {why_unknown}") }
+    if bound.is_finite() { format!("at most {}", number(bound)) } else { why_unknown.to_owned() }
+}
+
+fn bounds_document(bounds: &Aabb) -> serde_json::Value {
+    json!({"min": bounds.min, "max": bounds.max})
 }
 
 pub fn run(args: &InfoArgs) -> Result<()> {
@@ -22,6 +26,8 @@ pub fn run(args: &InfoArgs) -> Result<()> {
             let Summary { lattice, sparse, precision, about, mesh, parts, file_bytes } = reader.summary();
             let bounds = lattice.bounds();
             let sha256: String = about.source.sha256.iter().map(|byte| format!("{byte:02x}")).collect();
+            let is_imported = about.sign_method == SignMethod::Given;
+            let why_unknown = if is_imported { "unknown: the samples were imported" } else { error_regions::UNFIT };
             let (name, precision) = (layout_of(sparse).name(), precision.name());
             let (band, bricks) = (sparse.map(|sparse| sparse.band), sparse.map(|sparse| sparse.bricks));
             let in_words = match (band, bricks) {
@@ -42,7 +48,7 @@ pub fn run(args: &InfoArgs) -> Result<()> {
                 ("box", corners_of(&bounds)),
                 ("sign", about.sign_reason.clone()),
                 ("slope", format!("at most {}", number(about.slope_bound))),
-                ("error", error_row(about.error_bound, "the samples were imported")),
+                ("error", error_row(about.error_bound, why_unknown)),
                 (
                     "source",
                     format!("{}, {}, SHA-256 {sha256}", about.source.name, counted(about.source.triangles, "triangle")),
@@ -68,6 +74,7 @@ pub fn run(args: &InfoArgs) -> Result<()> {
                     "counts": lattice.nodes(),
                     "origin": lattice.origin(),
                     "spacing": lattice.spacing(),
+                    "bounds": bounds_document(&bounds),
                     "sign_method": about.sign_method,
                     "sign_verdict": about.sign_reason,
                     "slope_bound": about.slope_bound,
@@ -105,7 +112,7 @@ pub fn run(args: &InfoArgs) -> Result<()> {
                 json: json!({
                     "schema": "sdftool.info/1",
                     "layout": "analytic",
-                    "bounds": is_bounded.then_some(json!({"min": bounds.min, "max": bounds.max})),
+                    "bounds": is_bounded.then(|| bounds_document(&bounds)),
                     "slope_bound": node.slope_bound(),
                 }),
             }
@@ -126,7 +133,7 @@ fn blob_report(StoredBlob { grid, precision, padding }: &StoredBlob) -> Report<s
             ("spacing", number(lattice.spacing())),
             ("box", corners_of(&bounds)),
             ("slope", format!("at most {}", number(grid.slope_bound()))),
-            ("error", error_row(grid.global_error_bound(), "no error is certified")),
+            ("error", error_row(grid.global_error_bound(), "unknown: no error is certified")),
             ("padding", format!("{} around the mesh", number(*padding))),
         ],
         json: json!({
@@ -139,6 +146,7 @@ fn blob_report(StoredBlob { grid, precision, padding }: &StoredBlob) -> Report<s
             "counts": lattice.nodes(),
             "origin": lattice.origin(),
             "spacing": lattice.spacing(),
+            "bounds": bounds_document(&bounds),
             "slope_bound": grid.slope_bound(),
             "error_bound": grid.global_error_bound(),
         }),

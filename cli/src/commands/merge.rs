@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use crate::args::MergeArgs;
 use crate::commands::bake::facts::warning;
-use crate::error_regions::proof;
+use crate::error_regions::bound_row;
 use crate::failure::misuse;
 use crate::mesh_input::is_standard_input;
 use crate::report::{Report, counted, counts, number, seconds};
@@ -30,13 +30,12 @@ pub fn run(args: &MergeArgs) -> Result<()> {
 fn report(args: &MergeArgs, grid: &GridOnDisk, time: f64) -> Report<Value> {
     let GridOnDisk { lattice, info, precision, slope_bound, slots, is_sign_continuous, .. } = grid;
     let file = fs::metadata(&args.output).map_or(0, |file| file.len());
-    let proof = proof(*is_sign_continuous);
     let warning = warning(grid.thin_voxel());
     let mut rows = vec![
         ("mesh", format!("{}, {}", info.source.name, counted(info.source.triangles, "triangle"))),
         ("grid", format!("{} nodes, spacing {}", counts(lattice.nodes()), number(lattice.spacing()))),
         ("bricks", format!("{} in {}, of {}", slots.len(), precision.name(), counted(args.parts.len(), "part"))),
-        ("error", format!("at most {}, {proof}", number(info.error_bound))),
+        ("error", bound_row(info.error_bound, "", *is_sign_continuous)),
     ];
     rows.extend(warning.iter().map(|warning| ("warning", warning.clone())));
     rows.extend([("time", seconds(time)), ("file", format!("{}, {file} bytes", args.output.display()))]);

@@ -280,7 +280,7 @@ fn info_describes_a_file() {
     says(&table, &["25 × 25 × 25", "pseudo-normal", "ball.obj, 512 triangles", "--res 16 --padding 4 --sign auto"]);
     let json = folder.json("info ball.sdf.h5");
     assert_eq!(json["schema"], "sdftool.info/1");
-    let wanted = "band bricks counts deep_values error_bound error_regions file_bytes layout mesh options origin padding parts precision \
+    let wanted = "band bounds bricks counts deep_values error_bound error_regions file_bytes layout mesh options origin padding parts precision \
                   schema sign_method sign_verdict slope_bound source spacing tool";
     assert_eq!(keys(&json).join(" "), wanted);
     assert_eq!(keys(&json["source"]), ["name", "sha256", "triangles"]);

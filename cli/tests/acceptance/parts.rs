@@ -45,7 +45,9 @@ fn assert_same(found: &[u8], whole: &[u8], words: &str) {
     }
     let [found, mut whole] =
         [found, whole].map(|bytes| sdf_formats::grid_file::read_bytes(bytes, words).expect("a grid that was written"));
-    assert!(whole.about.error_regions.take().is_some() && found.about.error_regions.is_none(), "{words}");
+    // Pseudo-normals of an open mesh have no certain sign, and no error to tell.
+    assert_ne!(whole.about.error_regions.take().is_some(), words.contains("pseudo-normal"), "{words}");
+    assert!(found.about.error_regions.is_none(), "{words}");
     assert_eq!(found.about, whole.about, "{words}");
     assert!((found.grid, found.sparse, found.mesh) == (whole.grid, whole.sparse, whole.mesh), "{words}");
 }
@@ -60,6 +62,7 @@ fn parts_joined_in_any_order_are_the_bytes_of_one_bake() {
         ("open", "--res 90"),
         ("open", "--res 70 --precision f32 --keep-mesh"),
         ("open", "--res 60 --compress none --padding 0"),
+        ("open", "--res 50 --sign pseudo-normal"),
     ];
     for (mesh, options) in kinds {
         let words = format!("bake {mesh}.obj --layout sparse {options}");

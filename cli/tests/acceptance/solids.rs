@@ -73,8 +73,17 @@ fn crossing_cubes_are_one_solid_unless_all_faces_are_to_be_kept() {
     // Pseudo-normals know no other side of a cut.
     says(
         &folder.done("bake crossing.obj --res 8 --sign pseudo-normal"),
-        &["2 shells cross or touch: their faces inside of the solid count"],
+        &[
+            "2 shells cross or touch: their faces inside of the solid count",
+            "error  unknown: pseudo-normals do not fit this mesh",
+        ],
     );
+    says(&folder.done("info crossing.sdf.h5"), &["unknown: pseudo-normals do not fit this mesh"]);
+    says(
+        &folder.refused("contacts vertex.obj crossing.sdf.h5 --elements vertices --complete"),
+        &["error bound is known"],
+    );
+    assert!(folder.json("info crossing.sdf.h5")["error_bound"].is_null());
 }
 
 #[test]

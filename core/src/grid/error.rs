@@ -66,9 +66,9 @@ impl From<CellErrors> for Errors {
 
 impl Sampling {
     /// Error bound of a whole grid from what its header states: `near` of its band, `slope_bound` of its steepest cell. The band of a dense
-    /// grid is infinite.
+    /// grid is infinite, and so is `near` where nothing is known.
     pub fn of_whole(&self, near: f64, slope_bound: f64, lattice: &Lattice) -> ErrorBound {
-        if self.band == f64::INFINITY {
+        if self.band == f64::INFINITY || near == f64::INFINITY {
             return ErrorBound::everywhere(near);
         }
         self.error_bound(self.errors_of_whole(near, slope_bound, lattice))
@@ -120,7 +120,8 @@ impl<S: Storage> Grid<S> {
     #[inline(always)]
     pub(super) fn error_of_cells(&self, region: &Aabb) -> ErrorBound {
         let (near, band) = (self.error_bound, self.band());
-        if !S::HAS_CELL_ERRORS || band == f64::INFINITY {
+        // Where nothing is known of the whole, nothing is of its parts.
+        if !S::HAS_CELL_ERRORS || band == f64::INFINITY || near == f64::INFINITY {
             let beyond = if band == f64::INFINITY { near } else { f64::INFINITY };
             let levels = Interval { lower: -band, upper: band };
             let fails_outside = [false; 2];

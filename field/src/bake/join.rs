@@ -10,7 +10,7 @@ use sdf_core::grid::Lattice;
 use sdf_core::grid::owned::Precision;
 use sdf_formats::atomic_write;
 use sdf_formats::grid_file::part::{self, Codes, JoinedParts, PartInfo, PartTables, Sides};
-use sdf_formats::grid_file::{About, DeepValues, GridFault, GridFileError, Samples, SparseSamples};
+use sdf_formats::grid_file::{About, DeepValues, GridFault, GridFileError, Samples, SignMethod, SparseSamples};
 
 use super::on_disk::{BRICKS_AT_A_TIME, BakeFileError, Failure, GridOnDisk};
 use super::{TOOL, at_box};
@@ -80,6 +80,9 @@ where
     let has_inside = bounds.iter().any(|bounds| bounds.range.lower < 0.0) || coarse.iter().any(|sample| *sample < 0.0);
     let error_regions = jumps.map(|jumps| jumps.regions(&lattice, code_step(precision, &scales)));
     let sign_reason = about.sign_reason.clone() + at_box(inside_reaches_box);
+    // As `MeshDistance::is_sign_certain`, without the mesh.
+    let is_certain = is_sign_continuous || about.sign_method == SignMethod::Winding;
+    let error_bound = if is_certain { error_bound } else { f64::INFINITY };
     let about = About { sign_reason, slope_bound, error_bound, inside_reaches_box, error_regions, ..about };
     let mesh = parts.mesh()?;
     let deep_values = DeepValues::Distances;

@@ -5,7 +5,10 @@ use sdf_field::core::contact::ContactStatus;
 use sdf_field::core::grid::owned::Layout;
 use sdf_field::core::placed::Rigid;
 use sdf_field::core::shapes::{HalfSpace, Sphere};
-use sdf_field::{BakeOptions, ContactOptions, Field, GridInfo, GridSize, MeshView, Method, QueryError, Threads};
+use sdf_field::{
+    BakeOptions, ContactOptions, Field, GridInfo, GridSize, InnerFaces, MeshView, Method, QueryError, SignMethod,
+    Threads,
+};
 use sdf_procedural::random::{Random, test_seed};
 use sdf_procedural::{Bowl, Mesh, SpikedBall};
 
@@ -207,4 +210,41 @@ fn one_contact_per_feature_keeps_every_feature() {
     let ((count, mut touched), (kept, representatives)) = (features(&all), features(&few));
     touched.dedup();
     assert!(kept < count && touched == representatives, "{kept} of {count}");
+}
+
+/// Two alike boxes within each other, and two that cross: pseudo-normals take what lies between or within for the outside. No bound holds
+/// there, so none is stated.
+#[test]
+fn a_grid_whose_signs_may_be_wrong_has_no_error_bound() {
+    let mut pairs = vec![];
+    for (half, shift) in [([0.5; 3], [0.0; 3]), ([0.6, 0.4, 0.3], [0.9, 0.1, 0.2])] {
+        let [mut both, inner] = [[1.0; 3], half].map(|half| sdf_procedural::Cuboid { half }.mesh());
+        let first = both.points.len() as u32;
+        both.points.extend(inner.points.iter().map(|[x, y, z]| [x + shift[0], y + shift[1], z + shift[2]]));
+        both.triangles.extend(inner.triangles.iter().map(|face| face.map(|vertex| vertex + first)));
+        pairs.push(both);
+    }
+    let corners = [[0.1, 0.2, 0.1], [0.11, 0.2, 0.1], [0.1, 0.21, 0.1]];
+    let mesh = MeshView { points: &corners, faces: &[[0, 1, 2]] };
+    let complete = ContactOptions { complete: true, ..ContactOptions::default() };
+    for both in &pairs {
+        let body = MeshView { points: &both.points, faces: &both.triangles };
+        for layout in [Layout::Dense, Layout::Sparse] {
+            for sign in [Some(SignMethod::PseudoNormal), None] {
+                let options = BakeOptions {
+                    size: GridSize::Cells(16),
+                    layout,
+                    sign,
+                    inner_faces: InnerFaces::Keep,
+                    ..BakeOptions::default()
+                };
+                let field = Field::bake(body, &options).unwrap().field;
+                let (bound, found) = (field.info().unwrap().error_bound, field.contacts(mesh, &complete));
+                match sign {
+                    Some(_) => assert_eq!((bound, found), (f64::INFINITY, Err(QueryError::ErrorBoundUnknown))),
+                    None => assert!(bound.is_finite() && found.unwrap().contacts.len() == 1),
+                }
+            }
+        }
+    }
 }

@@ -176,3 +176,23 @@ fn thin_elements_are_within_their_bounds() {
         }
     }
 }
+
+/// A rod so thin that the product of its width and a normal's length, its square, underflows: a face beside it does not cross it.
+#[test]
+fn a_rod_is_as_near_however_thin_it_is() {
+    let corners = [
+        [-0.17302860, -0.15890733, 0.32085742],
+        [0.04285509, -0.34097240, 0.36837190],
+        [-0.09672608, -0.24482436, -0.06860776],
+    ];
+    for width in [1e-20, 1e-107, 1e-108, 1e-110, 1e-150] {
+        let rod = sdf_procedural::Cuboid { half: [0.5, width, width] }.mesh();
+        let points: Vec<_> = rod.points.iter().map(|[x, y, z]| [x + 0.5, *y, *z]).collect();
+        let found = contacts(&baked(&points, &rod.triangles), &corners, 0.5, Elements::Faces);
+        assert_eq!(found.len(), 1, "{width}");
+        // The way to the rod's end, the origin, from the nearest point of the edge beside it.
+        let [a, b] = [corners[2], corners[0]].map(sdf_field::core::nalgebra::Vector3::from);
+        let truth = (a - (b - a) * (a.dot(&(b - a)) / (b - a).norm_squared())).norm();
+        assert!((found[0].distance - truth).abs() < 1e-12, "{width}: {truth}, {:?}", found[0]);
+    }
+}

@@ -357,7 +357,7 @@ fn obstacle_field(
                      where it has no inside: close the mesh"
                 )
             }));
-            return bake(name, &mesh, spec.cells, threads, warnings);
+            return bake(name, &mesh, spec.grid_cells(), threads, warnings);
         }
         (_, Some(text), _) => closed_form(text)?,
         (_, _, Some(file)) => {

@@ -147,7 +147,12 @@ impl SoftSpec {
 impl ObstacleSpec {
     fn check(&self) -> Result<(), String> {
         let Self { mesh, shape, becomes, period, file, cells, translate } = self;
-        is_count("cells", *cells)?;
+        if let Some(cells) = cells {
+            is_count("cells", *cells)?;
+            if mesh.is_none() {
+                return Err("cells: only an obstacle that is baked from mesh has them: leave them out".to_owned());
+            }
+        }
         if let Some(period) = period {
             is_positive("period", *period)?;
             if becomes.is_none() {

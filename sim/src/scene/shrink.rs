@@ -14,7 +14,9 @@ impl SceneSpec {
         self.frames = self.frames.div_ceil(2);
         self.cloth.iter_mut().for_each(shrink_cloth);
         self.rigid.iter_mut().for_each(|rigid| halve(&mut rigid.mesh));
-        self.obstacle.iter_mut().for_each(|obstacle| obstacle.cells = obstacle.cells.div_ceil(2));
+        self.obstacle.iter_mut().for_each(|obstacle| {
+            obstacle.cells = obstacle.mesh.as_ref().map(|_| obstacle.grid_cells().div_ceil(2));
+        });
     }
 }
 

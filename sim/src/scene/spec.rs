@@ -226,9 +226,8 @@ pub enum CageMapSpec {
 pub struct ObstacleSpec {
     /// A mesh to bake.
     pub mesh: Option<MeshSpec>,
-    /// Cells of the grid along the mesh's longest side.
-    #[serde(default = "cells")]
-    pub cells: u32,
+    /// Cells of the grid along the mesh's longest side; only a mesh has them.
+    pub cells: Option<u32>,
     /// The text of a closed form, as in a `.sdf.toml`.
     pub shape: Option<String>,
     /// The same shape with other parameters: it swings between the two.
@@ -240,6 +239,13 @@ pub struct ObstacleSpec {
     /// Where it stands.
     #[serde(default)]
     pub translate: [f64; 3],
+}
+
+impl ObstacleSpec {
+    /// Cells of the grid of its mesh.
+    pub fn grid_cells(&self) -> u32 {
+        self.cells.unwrap_or_else(cells)
+    }
 }
 
 /// A region that no vertex may end in.

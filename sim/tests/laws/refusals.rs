@@ -191,6 +191,7 @@ fn keys_without_effect_are_refused() {
         ),
         (copies("[0, 1, 1]"), "rigid 1: count = [0, 1, 1]: that is 0: give "),
         (format!("{cube}{ball}period = 2.0\n"), "obstacle 1: period: only an obstacle with becomes has one"),
+        (format!("{cube}{ball}cells = 256\n"), "obstacle 1: cells: only an obstacle that is baked from mesh has them"),
         (
             format!("{cube}[vary]\nmass_ratio = [1.0, 10.0]\n"),
             "vary: mass_ratio: it is that of vertices: give a cloth or a soft body",

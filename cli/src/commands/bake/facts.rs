@@ -90,7 +90,6 @@ pub fn rows(args: &BakeArgs, facts: &GridFacts, input: &MeshFacts, times: [f64; 
     let GridFacts { lattice, info, .. } = facts;
     let median =
         median_error(facts.errors).map_or(String::new(), |error| format!(", {} in half of the bricks", number(error)));
-    let proof = error_regions::proof(facts.is_sign_continuous);
     let [read, bake, write] = times.map(seconds);
     let mut rows = vec![
         ("mesh", mesh_row(args, input, facts.mesh)),
@@ -106,7 +105,7 @@ pub fn rows(args: &BakeArgs, facts: &GridFacts, input: &MeshFacts, times: [f64; 
     } else if facts.precision != Precision::F32 {
         rows.push(("samples", format!("{}, with a scale for each block of 8 × 8 × 8", facts.precision.name())));
     }
-    rows.push(("error", format!("at most {}{median}, {proof}", number(info.error_bound))));
+    rows.push(("error", error_regions::bound_row(info.error_bound, &median, facts.is_sign_continuous)));
     rows.extend(facts.warning().map(|warning| ("warning", warning)));
     rows.extend(facts.regions.map(|regions| ("regions", error_regions::row(regions))));
     rows.extend([("time", format!("{read} to read, {bake} to bake, {write} to write")), ("file", file.to_owned())]);

@@ -34,7 +34,8 @@ impl<S: Storage> Grid<S> {
     /// `None` if the segment leaves the box or meets too many cells, or a sample is not finite.
     #[inline(always)]
     pub(in crate::grid) fn minimum_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<ExactMinimum<R, 2>> {
-        if !self.lattice.bounds().encloses(&Aabb::from_corners(&ends)) {
+        let is_steep = R::MAX_COORDINATE < self.slope_bound.double * self.lattice.spacing();
+        if is_steep || !self.lattice.bounds().encloses(&Aabb::from_corners(&ends)) {
             return None;
         }
         let last_cell = from_f64::<R>(self.lattice.cells().map(f64::from)).map(|cells| cells - R::one());

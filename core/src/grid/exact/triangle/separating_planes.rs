@@ -69,7 +69,9 @@ impl<R: Float> SeparatingPlanes<R> {
         let [x, y, z] = &self.abs_normals;
         let scale: [R; 4] = from_fn(|k| {
             let length = x[k % 4] + y[k % 4] + z[k % 4];
-            R::select(R::zero() < length, R::one() / length, R::zero())
+            let inverse = R::one() / length;
+            // A plane whose direction underflows excludes nothing.
+            R::select(inverse.is_finite(), inverse, R::zero())
         });
         let single = |by_plane: &[R; 4]| from_fn(|k| (by_plane[k % 4] * scale[k % 4]).to_single());
         SeparatingPlanes {
