@@ -24,14 +24,16 @@ use sdf_field::{Field, Threads};
 use crate::V3;
 use crate::scene::Stage;
 
-/// Number of frames that a page or an animation of at most `most` keeps of a run's, evenly.
-pub fn thinned(frames: usize, most: usize) -> usize {
-    frames.div_ceil(stride(frames, most))
+/// Frames that a page or an animation of at most `most`, at least two, keeps of a run's: evenly, and the last.
+pub fn thinned(frames: usize, most: usize) -> impl Iterator<Item = usize> {
+    let last = frames.checked_sub(1);
+    (0..last.unwrap_or(0)).step_by(stride(frames, most)).chain(last)
 }
 
-/// Number of frames from one that is kept to the next.
+/// Number of frames from one that is kept to the next; to the last it may be less.
 fn stride(frames: usize, most: usize) -> usize {
-    frames.div_ceil(most.max(1)).max(1)
+    let most = most.max(2);
+    frames.saturating_sub(1).div_ceil(most - 1).max(1)
 }
 
 /// Frames of a run.

@@ -19,8 +19,8 @@ pub fn page(recording: &Recording) -> String {
         };
         points.iter().flat_map(pack).flat_map(u16::to_le_bytes).collect::<Vec<u8>>()
     };
-    let stride = super::stride(recording.frames.len(), MAX_PAGE_FRAMES);
-    let frames: Vec<&Vec<[f32; 3]>> = recording.frames.iter().step_by(stride).collect();
+    let kept = super::thinned(recording.frames.len(), MAX_PAGE_FRAMES);
+    let frames: Vec<&Vec<[f32; 3]>> = kept.map(|index| &recording.frames[index]).collect();
     let moving: Vec<u8> = frames.iter().flat_map(|points| pack(points)).collect();
     let indices = |indices: &[u32]| base64(&indices.iter().flat_map(|index| index.to_le_bytes()).collect::<Vec<u8>>());
     let head = serde_json::json!({

@@ -53,22 +53,24 @@ pub fn contact_sheet(recording: &Recording, count: usize, size: usize) -> Vec<u8
     encode([width, height], None, [pixels])
 }
 
-/// The APNG file of at most `count` frames, evenly over the run, each of `size` × `size` pixels; it takes as long as the run, with frames of
+/// The APNG file of at most `count` frames, evenly over the run and the last, each of `size` × `size` pixels; it takes as long as the run, with frames of
 /// whole milliseconds, at least 10 and at most 60,000.
 pub fn animation(recording: &Recording, count: usize, size: usize) -> Vec<u8> {
     let stride = super::stride(recording.frames.len(), count);
-    let shown = super::thinned(recording.frames.len(), count).max(1);
+    let mut shown: Vec<usize> = super::thinned(recording.frames.len(), count).collect();
+    // A picture of what stands still has one frame.
+    shown.resize(shown.len().max(1), 0);
     let canvas = Canvas::new(recording, size);
     let mut before = vec![TRANSPARENT; size * size];
-    let images = (0..shown).map(|index| {
-        let drawn = canvas.draw(recording, index * stride);
+    let images = shown.iter().map(|index| {
+        let drawn = canvas.draw(recording, *index);
         let changed = |(new, old): (&u8, &u8)| if new == old { TRANSPARENT } else { *new };
         let image = drawn.iter().zip(&before).map(changed).collect();
         before = drawn;
         image
     });
     let milliseconds = (1000.0 * stride as f64 / recording.rate).round().clamp(10.0, 60_000.0) as u16;
-    encode([size; 2], Some((shown as u32, milliseconds)), images)
+    encode([size; 2], Some((shown.len() as u32, milliseconds)), images)
 }
 
 impl Canvas {

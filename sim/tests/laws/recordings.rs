@@ -118,3 +118,25 @@ fn an_obstacle_thinner_than_a_cell_is_warned_of() {
     }
     assert_eq!(warnings(0.1), [""; 0]);
 }
+
+/// A run's end is what a page is opened for.
+#[test]
+fn a_page_of_few_frames_keeps_the_first_and_the_last_and_others_evenly() {
+    for (frames, most) in (0..700).flat_map(|frames| [2, 3, 24, 150].map(|most| (frames, most))) {
+        let kept: Vec<usize> = record::thinned(frames, most).collect();
+        let [last, gap] = [frames.saturating_sub(1), *kept.get(1).unwrap_or(&0)];
+        let is_even = |pair: &[usize]| pair[1] - pair[0] == gap || pair[1] == last && pair[1] - pair[0] < gap;
+        assert!(kept.len() <= most.min(frames) && (kept.len() == frames || gap > 1), "{frames} of {most}: {kept:?}");
+        assert!(frames == 0 || (kept[0], kept[kept.len() - 1]) == (0, last), "{frames} of {most}: {kept:?}");
+        assert!(kept.windows(2).all(is_even), "{frames} of {most}: {kept:?}");
+    }
+    let mut stage = box_over_floor(-1.5);
+    let mut recording = Recording::new("all", 60.0, &stage, 24);
+    for frame in 0..300 {
+        stage.world.bodies[0].position = V3::new(0.0, 0.0, f64::from(frame));
+        recording.push(&stage);
+    }
+    assert_eq!(recording.frames.len(), 300);
+    let page = record::page(&recording);
+    assert!(page.contains("\"frames\":101,"), "{:?}", page.find("\"frames\""));
+}

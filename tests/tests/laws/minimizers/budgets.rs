@@ -109,3 +109,33 @@ fn a_union_whose_budget_ends_at_the_first_part_still_knows_its_corners() {
         assert!(minimum.evaluations <= f64::from(evaluations), "{minimum:?}");
     }
 }
+
+/// A level between the bounds asks for a finer search: if that runs out, what was known before is known still.
+#[test]
+fn a_level_takes_nothing_from_what_converged_within_the_same_budget() {
+    let mut random = Random::seeded();
+    let (mut decided, mut open) = (0, 0);
+    for scene in &scenes(1.0) {
+        for _ in 0..4 {
+            let simplex = &random_simplex::<3>(&mut random, scene.size);
+            for evaluations in [16, 24, 32, 48, 64, 96] {
+                let method = Certified { evaluations, tolerance: 0.02, ..Certified::default() };
+                let before = method.minimize(&scene.field, simplex);
+                if !before.converged {
+                    continue;
+                }
+                let gap = before.sample.value - before.lower_bound;
+                for share in [0.01, 0.5, 0.99] {
+                    let level = before.sample.value - share * gap;
+                    let after = method.minimize_below(&scene.field, simplex, level);
+                    let context = || format!("{} on {simplex:?}: {before:?} and {after:?} at {level}", scene.name);
+                    let is_above = level < after.lower_bound;
+                    assert!(after.converged || is_above, "{}", context());
+                    let is_open = !is_above && level < after.sample.value;
+                    *if is_open { &mut open } else { &mut decided } += 1;
+                }
+            }
+        }
+    }
+    assert!(decided > 100 && open > 20, "{decided} decided, {open} open");
+}
