@@ -35,7 +35,9 @@ fn make_small(spec: &mut SceneSpec) -> bool {
     for soft in &mut spec.soft {
         (soft.cell, soft.padding, soft.cells) = (soft.cell.max(1.0), soft.padding.min(1.0), soft.cells.min(8));
     }
-    spec.obstacle.iter_mut().for_each(|obstacle| obstacle.cells = obstacle.cells.min(8));
+    spec.obstacle
+        .iter_mut()
+        .for_each(|obstacle| obstacle.cells = obstacle.mesh.as_ref().map(|_| obstacle.grid_cells().min(8)));
     let lists = [spec.cloth.len(), spec.rigid.len(), spec.soft.len(), spec.obstacle.len()];
     let cloths = spec.cloth.iter_mut().map(|cloth| &mut cloth.mesh);
     let others =
