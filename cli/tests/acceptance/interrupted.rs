@@ -312,9 +312,9 @@ fn a_signal_during_a_run_leaves_a_recording_that_opens() {
         let frames =
             said.split("after ").nth(1).and_then(|rest| rest.split(' ').next()?.parse::<usize>().ok()).unwrap();
         assert!(frames > 0, "{said}");
-        // Pictures of a file, the start among them.
+        // Pictures of a file, the start and the end among them.
         let most = [("run.html", 150), ("run.png", 60)].into_iter().find(|(name, _)| *name == output);
-        let kept = most.map_or(frames + 1, |(_, most)| (frames + 1).div_ceil((frames + 1).div_ceil(most)));
+        let kept = most.map_or(frames + 1, |(_, most)| frames.div_ceil(frames.div_ceil(most - 1)) + 1);
         let holds = match kept - 1 {
             kept if kept < frames => format!("of which {output} holds {kept}, evenly over the run"),
             _ => format!("which {output} holds"),
