@@ -48,8 +48,8 @@ impl ReadSummary {
     }
 }
 
-/// Largest number of cells beside a mesh that a message advises.
-const MOST_CELLS: f64 = 4096.0;
+/// Largest `--padding` or `--band`, in cells, that a message advises: wider grids are hardly ever what is wanted.
+const MAX_ADVISED_CELLS: f64 = 4096.0;
 
 /// Relative rounding of distances in f64: more than a cull allows for, as a fraction of the largest coordinate.
 pub const ROUNDING: f64 = 1e-12;
@@ -67,9 +67,10 @@ pub fn require_distances(file: &Path, margin: f64, grid: &Summary) -> Result<()>
                 false => ("deeper", "find contacts of a mesh by `contacts` with --complete or --exact"),
             };
             let cells = (margin.abs() / spacing).ceil();
-            let has_room = cells <= MOST_CELLS;
-            let bake =
-                if has_room { format!("bake it with {option} {} or more, or ", many(cells)) } else { String::new() };
+            let bake = match cells <= MAX_ADVISED_CELLS {
+                true => format!("bake it with {option} {} or more, or ", many(cells)),
+                false => String::new(),
+            };
             bail!(
                 "{}: --margin {} is {beyond} than the {} around the surface in which the grid has distances: {bake}{remedy}",
                 file.display(),

@@ -99,6 +99,7 @@ fn bounds_on_segments_hold_where_squares_overflow() {
                 grid.value((corners[0] * (1.0 - weight as f32) + corners[1] * weight as f32).map(f64::from))
             });
             let lowest = values.fold(f64::INFINITY, f64::min);
+            // 32 ε of values and of points, at slopes of up to 4 sizes in a cell, are 2e-5 sizes.
             let rounding = f64::from(size) * 1e-4;
             assert!(f64::from(minimum.lower_bound) <= lowest + rounding, "{size}: {lowest}, {minimum:?}");
         }

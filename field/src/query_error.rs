@@ -59,9 +59,11 @@ impl std::fmt::Display for QueryError {
             Self::VertexOutOfRange(error) => error.fmt(f),
             Self::GoldenSectionNeedsEdges => f.write_str("golden-section search works on edges only"),
             Self::ErrorBoundUnknown => {
-                f.write_str("a complete or exact search needs a field whose error bound is known: a baked grid, with the sign by winding where pseudo-normals do \
-                 not fit the mesh, of an open mesh one with a larger padding where its inside reaches the box, in a combination one with a wider \
-                 band, or dense, where the margin lies beyond the band; or a closed form")
+                f.write_str(
+                    "a complete or exact search needs a field whose error bound is known: a baked grid, with the sign by winding where \
+                     pseudo-normals do not fit the mesh, of an open mesh one with a larger padding where its inside reaches the box, in a \
+                     combination one with a wider band, or dense, where the margin lies beyond the band; or a closed form",
+                )
             }
             Self::OutsideGridInCombination => f.write_str(
                 "a complete search knows no error bound outside of a grid's box in a combination, and the mesh reaches there: bake the grid with \

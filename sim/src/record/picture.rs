@@ -53,13 +53,15 @@ pub fn contact_sheet(recording: &Recording, count: usize, size: usize) -> Vec<u8
     encode([width, height], None, [pixels])
 }
 
-/// The APNG file of at most `count` frames, evenly over the run and the last, each of `size` × `size` pixels; it takes as long as the run, with frames of
-/// whole milliseconds, at least 10 and at most 60,000.
+/// The APNG file of at most `count` frames, evenly over the run and the last, each of `size` × `size` pixels. It takes as long as the run,
+/// to within a frame, with frames of whole milliseconds, at least 10 and at most 60,000.
 pub fn animation(recording: &Recording, count: usize, size: usize) -> Vec<u8> {
     let stride = super::stride(recording.frames.len(), count);
     let mut shown: Vec<usize> = super::thinned(recording.frames.len(), count).collect();
     // A picture of what stands still has one frame.
-    shown.resize(shown.len().max(1), 0);
+    if shown.is_empty() {
+        shown.push(0);
+    }
     let canvas = Canvas::new(recording, size);
     let mut before = vec![TRANSPARENT; size * size];
     let images = shown.iter().map(|index| {
