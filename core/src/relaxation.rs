@@ -67,12 +67,7 @@ impl<R: Float> Relaxation<R> {
         let (value, lower) = tangent_planes(field, about, corners);
         let upper = at_corners(corners, |corner| field.value(corner));
         let gradients = GradientBox::from_slope(field.slope_bound());
-        Self::new(value, lower, upper, gradients).widen(rounding(
-            FieldScale::new(field),
-            about,
-            max_distance(about, corners),
-            value,
-        ))
+        Self::new(value, lower, upper, gradients).widen_by_rounding(field, about, corners)
     }
 
     /// Bounds of a shape with lengths up to `size`, computed in the operations of its formula.
@@ -145,6 +140,17 @@ impl<R: Float> Relaxation<R> {
             lower: self.lower.map(|lower| lower * scale),
             upper: self.upper.map(|upper| upper * scale),
         }
+    }
+
+    /// The same with values that may be off by the rounding of the field's formula.
+    pub(crate) fn widen_by_rounding<F: Sdf + ?Sized>(
+        self,
+        field: &F,
+        about: Vector3<R>,
+        corners: &[Vector3<R>],
+    ) -> Self {
+        let distance = max_distance(about, corners);
+        self.widen(rounding(FieldScale::new(field), about, distance, self.enclosure.value))
     }
 
     /// The same with values that may be off by `rounding`.

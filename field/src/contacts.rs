@@ -8,7 +8,7 @@ use sdf_core::minimize::{
 use sdf_core::placed::Posed;
 use sdf_core::{AnyField, EnclosedSdf, ErrorBound};
 
-use crate::engine::Query;
+use crate::engine::{CullMargins, Query};
 use crate::mesh_in_motion::{MeshInMotion, Selection};
 use crate::mesh_view::MeshView;
 use crate::method::Method;
@@ -136,10 +136,11 @@ fn find_by<M: Minimizer<N> + Sync, const N: usize>(
 ) -> Result<Contacts, QueryError> {
     let report = Report::new(field, selection, options)?;
     let search_chunk = |elements: Vec<Element<f64, N>>| {
-        let margin = report.search_margin(&elements);
+        let each = report.search_margins(&elements);
+        let margins = each.as_deref().map_or(CullMargins::All(report.error.reach(report.margin)), CullMargins::Each);
         let level = |element: &Element<f64, N>| report.reach(element);
         let (pose, lean) = (options.pose, options.lean);
-        let query = Query { field, pose, margin, level: &level, elements: &elements, lean };
+        let query = Query { field, pose, margins, level: &level, elements: &elements, lean };
         let mut found = Contacts::default();
         for (index, outcome) in &query.outcomes(minimizer) {
             found.count(outcome);
@@ -220,13 +221,10 @@ impl<'a> Report<'a> {
         self.margins.map_or(self.margin, |margins| margins[element as usize])
     }
 
-    /// Margin of the cull of some elements together.
-    fn search_margin<const N: usize>(&self, elements: &[Element<f64, N>]) -> f64 {
-        let reach = |element: &Element<f64, N>| self.error.reach(self.margin_of(element.id));
-        match self.margins {
-            None => self.error.reach(self.margin),
-            Some(_) => elements.iter().map(reach).fold(f64::NEG_INFINITY, f64::max),
-        }
+    /// Margins of the cull, where each element has one of its own.
+    fn search_margins<const N: usize>(&self, elements: &[Element<f64, N>]) -> Option<Vec<f64>> {
+        let margins = self.margins?;
+        Some(elements.iter().map(|element| self.error.reach(margins[element.id as usize])).collect())
     }
 
     /// How far an element must be searched: as far as the field can be off in its box.

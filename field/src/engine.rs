@@ -10,7 +10,7 @@
 //! without AVX2 takes the last line, and so does WebAssembly. On other architectures the first two use their baseline vectors.
 
 use pulp::NullaryFnOnce;
-use sdf_core::contact::batch::{self, CullReason, Survivor};
+use sdf_core::contact::batch::{self, CullReason, Margins, Survivor};
 use sdf_core::contact::{Element, Outcome, classify, cull, lean_contact_at};
 use sdf_core::grid::PlainNormals;
 use sdf_core::grid::owned::OwnedStorage;
@@ -28,13 +28,32 @@ const DENSE_LANES: usize = 8;
 /// The same in other grids, which fetch samples one by one: two vectors are no faster, and more code.
 const OTHER_LANES: usize = 4;
 
+/// The margins of the cull.
+#[derive(Clone, Copy)]
+pub(crate) enum CullMargins<'a> {
+    /// One for all elements.
+    All(f64),
+    /// One for each.
+    Each(&'a [f64]),
+}
+
+impl Margins<f64> for CullMargins<'_> {
+    #[inline(always)]
+    fn margin(&self, index: usize) -> f64 {
+        match self {
+            Self::All(margin) => *margin,
+            Self::Each(margins) => margins.margin(index),
+        }
+    }
+}
+
 /// A field, where it stands, and the elements to search in it.
 #[derive(Clone, Copy)]
 pub(crate) struct Query<'a, const N: usize> {
     pub field: &'a AnyField,
     pub pose: Option<Rigid>,
-    /// Elements that are above it are culled.
-    pub margin: f64,
+    /// Elements that are above theirs are culled.
+    pub margins: CullMargins<'a>,
     /// Value, at most the margin, up to which the minimum on an element is searched.
     pub level: &'a dyn Fn(&Element<f64, N>) -> f64,
     pub elements: &'a [Element<f64, N>],
@@ -66,11 +85,11 @@ impl<const N: usize> Query<'_, N> {
             },
             _ => {
                 let field = Posed { field: self.field, pose: self.pose };
-                let bound = |element| match cull(&field, self.margin, element) {
-                    Err(Outcome::Culled) => None,
-                    result => Some(result.map_err(|_| CullReason::NotFinite)),
+                let bound = |(index, element)| match cull(&field, self.margins.margin(index), element) {
+                    Err(Outcome::Culled) => (index, None),
+                    result => (index, Some(result.map_err(|_| CullReason::NotFinite))),
                 };
-                let bounds = self.elements.iter().map(bound).enumerate();
+                let bounds = self.elements.iter().enumerate().map(bound);
                 bounds.filter_map(|(index, result)| result.map(|result| (index, result))).collect()
             }
         }
@@ -78,8 +97,8 @@ impl<const N: usize> Query<'_, N> {
 
     fn wide_survivors<F: EnclosedSdf>(&self, field: &F, vectors: Vectors) -> Vec<(usize, Result<f64, CullReason>)> {
         let field = Posed { field, pose: self.pose };
-        let Self { margin, elements, .. } = *self;
-        let mut survivors = vectors.run(WideCull { field, margin, elements });
+        let Self { margins, elements, .. } = *self;
+        let mut survivors = vectors.run(WideCull { field, margins, elements });
         survivors.sort_unstable_by_key(|(index, _)| *index);
         survivors
     }
@@ -92,15 +111,18 @@ impl<const N: usize> Query<'_, N> {
         minimizer: &M,
     ) -> Vec<(usize, Outcome<f64, N>)> {
         let field = Posed { field: self.field, pose: self.pose };
-        let outcome = |element: &Element<f64, N>| match cull(&field, self.margin, element) {
-            Ok(lower_bound) => {
-                let level = (self.level)(element);
-                let minimum = minimizer.minimize_below(&field, &element.simplex, level);
-                self.outcome(&field, element, &minimum, level, lower_bound)
+        let outcome = |index: usize| {
+            let element = &self.elements[index];
+            match cull(&field, self.margins.margin(index), element) {
+                Ok(lower_bound) => {
+                    let level = (self.level)(element);
+                    let minimum = minimizer.minimize_below(&field, &element.simplex, level);
+                    self.outcome(&field, element, &minimum, level, lower_bound)
+                }
+                Err(outcome) => outcome,
             }
-            Err(outcome) => outcome,
         };
-        let outcomes = indices.map(|index| (index, outcome(&self.elements[index])));
+        let outcomes = indices.map(|index| (index, outcome(index)));
         outcomes.filter(|(_, outcome)| !matches!(outcome, Outcome::Culled)).collect()
     }
 
@@ -132,7 +154,7 @@ impl<const N: usize> Query<'_, N> {
         }
         let mut outcomes: Vec<_> = culled.iter().map(|(index, _)| (*index, Outcome::NotFinite)).collect();
         let (mut survivors, mut places) = (vec![], vec![]);
-        let mut levels = vec![self.margin; elements.len()];
+        let mut levels = vec![f64::NAN; elements.len()];
         for (place, (index, result)) in culled.iter().enumerate() {
             if let Ok(lower_bound) = *result {
                 survivors.push(Survivor { index: *index, lower_bound });
@@ -205,7 +227,7 @@ impl Vectors {
 /// The indices of the elements that are not culled, and lower bounds on them.
 struct WideCull<'a, F, const N: usize> {
     field: F,
-    margin: f64,
+    margins: CullMargins<'a>,
     elements: &'a [Element<f64, N>],
 }
 
@@ -216,7 +238,7 @@ impl<F: EnclosedSdf, const N: usize> NullaryFnOnce for WideCull<'_, F, N> {
     #[inline(always)]
     fn call(self) -> Self::Output {
         let mut survivors = vec![];
-        batch::cull::<_, _, _, N, CULL_LANES>(&self.field, self.margin, self.elements, |index, result| {
+        batch::cull::<_, _, _, N, CULL_LANES>(&self.field, self.margins, self.elements, |index, result| {
             if result != Err(CullReason::Culled) {
                 survivors.push((index, result));
             }

@@ -15,7 +15,7 @@ use sdf_core::{AnyField, EnclosedSdf, Sdf, Simplex};
 
 use crate::MeshView;
 use crate::contacts::{CHUNK, Contacts};
-use crate::engine::Query;
+use crate::engine::{CullMargins, Query};
 use crate::mesh_in_motion::finite_bounds;
 use crate::mesh_view::{check, element};
 use crate::method::Method;
@@ -77,7 +77,7 @@ impl ExactField<'_> {
             let query = Query {
                 field: self.grid,
                 pose,
-                margin: search_margin,
+                margins: CullMargins::All(search_margin),
                 level: &|_| search_margin,
                 elements: &elements,
                 lean: false,

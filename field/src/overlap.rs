@@ -11,11 +11,12 @@
 //! [`Field::overlap`] takes all steps. A program that reads only the needed blocks of a grid calls
 //! [`Field::overlap_region`] on grids with bounds alone, reads the blocks of that box, and calls [`Field::overlap_in`].
 
+use sdf_core::nalgebra::Vector3;
 use sdf_core::overlap::{
     BoxNode, DeepestPoint, DepthSearch, LocalMinima, MortonLeaf, NoRegion, OverlapPoint, Pair, Patch, PatchPoint,
 };
 use sdf_core::placed::{Posed, Rigid};
-use sdf_core::{Aabb, AnyField, EnclosedSdf};
+use sdf_core::{Aabb, AnyField, EnclosedSdf, Sdf};
 
 use crate::Field;
 
@@ -31,7 +32,7 @@ pub struct OverlapOptions {
     /// Edge of the cubes in which the patch is cut; `None` stands for 1/64 of the longest side of that box, and less than 1/4096 is
     /// refused. The search for minima takes cubes of the same edge, but of 1/128 of that side at least.
     pub resolution: Option<f64>,
-    /// Largest number of evaluations of both fields in each of the three searches.
+    /// Largest number of evaluations of both fields in each of the three searches; a descent that has begun goes on, with up to 98 more.
     pub evaluations: u32,
 }
 
@@ -125,6 +126,9 @@ const MAX_OPEN_BOXES: usize = 1 << 16;
 /// Minima that are reported.
 const MAX_MINIMA: usize = 256;
 
+/// How far a minimum lies above the bottom of its basin at most, where its search has converged: a part of a cube's edge.
+const BOTTOM_ERROR: f64 = 0.01;
+
 impl Field {
     /// Where this field (A) and another (B) touch, without a mesh on either side: their deepest points and the patch
     /// between them. Two fields that share the points with φ ≤ margin have a gap of at most twice the margin.
@@ -171,7 +175,7 @@ impl Field {
         options.check()?;
         let (a, b) = posed(self, other, options);
         let pair = Pair::within(&a, &b, options.margin, limits).and_then(|pair| pair.shrink::<f64>(SHRINK_CELLS));
-        Ok(searchable(pair, options)?.map_or(Overlap::default(), |pair| search(&pair, options)))
+        Ok(searchable(pair, options)?.map_or(Overlap::default(), |pair| search(&pair, [&a, &b], options)))
     }
 }
 
@@ -205,58 +209,76 @@ fn searchable<'a, A: EnclosedSdf, B: EnclosedSdf>(
     }
 }
 
-fn posed<'a>(a: &'a Field, b: &'a Field, options: &OverlapOptions) -> (Posed<&'a AnyField>, Posed<&'a AnyField>) {
+fn posed<'a>(a: &'a Field, b: &'a Field, options: &OverlapOptions) -> (PosedField<'a>, PosedField<'a>) {
     let [pose_a, pose_b] = options.poses;
     (Posed { field: a.as_any(), pose: pose_a }, Posed { field: b.as_any(), pose: pose_b })
 }
 
-fn search<A: EnclosedSdf, B: EnclosedSdf>(pair: &Pair<A, B>, options: &OverlapOptions) -> Overlap {
+type PosedField<'a> = Posed<&'a AnyField>;
+
+fn search(pair: &Pair<PosedField, PosedField>, fields: [&PosedField; 2], options: &OverlapOptions) -> Overlap {
     let search = DepthSearch { evaluations: options.evaluations, tolerance: options.tolerance };
     let deepest = pair.deepest::<f64>(&search, &mut vec![BoxNode::EMPTY; MAX_OPEN_BOXES]);
-    let verdict = match deepest.point {
-        Some(at) if at.value <= options.margin => OverlapVerdict::Contact,
-        _ if options.margin < deepest.lower_bound => OverlapVerdict::Separated,
-        _ => OverlapVerdict::Undecided,
-    };
-    if verdict == OverlapVerdict::Separated {
+    if options.margin < deepest.lower_bound {
+        let verdict = OverlapVerdict::Separated;
         return Overlap { verdict, deepest: Some(deepest), ..Overlap::default() };
     }
     let side = pair.region().longest_side();
     let resolution = options.resolution.unwrap_or(side / DEFAULT_CELLS);
-    let (minima, mut points) = minima(pair, resolution.max(side / MAX_CELLS_OF_MINIMA), options.evaluations);
-    insert_deepest(&mut points, &deepest);
-    let deepest = DeepestPoint { point: points.first().copied(), ..deepest };
+    let edge = resolution.max(side / MAX_CELLS_OF_MINIMA);
+    let (minima, mut points) = minima(pair, edge, options.evaluations);
     let mut pieces = vec![];
     let patch = pair.patch(resolution, options.evaluations, |piece| pieces.push(piece));
+    let found = pieces.iter().map(|piece| piece.point).chain(deepest.point);
+    if let Some(lowest) = found.min_by(|a, b| a.value.total_cmp(&b.value)) {
+        insert_lowest(&mut points, lowest, edge, |from, to| {
+            let count = ((to - from).norm() / edge).ceil().max(1.0);
+            let mut way = (0..=count as u32).map(|step| from + (to - from) * (f64::from(step) / count));
+            way.any(|point| fields.iter().any(|field| options.margin < field.value(point)))
+        });
+    }
+    let deepest = DeepestPoint { point: points.first().copied(), ..deepest };
+    let verdict = match deepest.point {
+        Some(at) if at.value <= options.margin => OverlapVerdict::Contact,
+        _ => OverlapVerdict::Undecided,
+    };
     Overlap { verdict, deepest: Some(deepest), minima: Some(minima), points, patch: Some(patch), pieces }
 }
 
 /// All minima; the scratch buffer grows until it holds every cube in which the fields may touch.
 fn minima<A: EnclosedSdf, B: EnclosedSdf>(
     pair: &Pair<A, B>,
-    resolution: f64,
+    edge: f64,
     evaluations: u32,
 ) -> (LocalMinima, Vec<OverlapPoint<f64>>) {
-    let mut room = 1 << 16;
+    let (mut room, mut spent) = (1 << 16, 0);
     loop {
-        let mut points = vec![None; MAX_MINIMA];
-        let minima = pair.minima(resolution, evaluations, &mut vec![MortonLeaf::empty(); room], &mut points);
+        let (mut cubes, mut points) = (vec![MortonLeaf::empty(); room], vec![None; MAX_MINIMA]);
+        let minima = pair.minima(edge, evaluations - spent, &mut cubes, &mut points);
+        spent += minima.evaluations;
         if minima.leaf_count <= room {
-            return (minima, points.into_iter().flatten().collect());
+            return (LocalMinima { evaluations: spent, ..minima }, points.into_iter().flatten().collect());
         }
         room = minima.leaf_count;
     }
 }
 
-/// Puts the proven deepest point in place of the minimum nearest to it, unless that is lower.
-fn insert_deepest(minima: &mut Vec<OverlapPoint<f64>>, deepest: &DeepestPoint<f64>) {
-    let Some(at) = deepest.point else { return };
-    let distance = |other: &OverlapPoint<f64>| (other.point - at.point).norm();
-    let nearest = (0..minima.len()).min_by(|a, b| distance(&minima[*a]).total_cmp(&distance(&minima[*b])));
+/// Adds the lowest point that another search found. It takes the place of the minimum nearest to it, unless that is lower, or is of another
+/// part of the contact: higher by more than bottoms are off, and the way straight to it leaves the contact.
+fn insert_lowest(
+    minima: &mut Vec<OverlapPoint<f64>>,
+    lowest: OverlapPoint<f64>,
+    edge: f64,
+    leaves_contact: impl Fn(Vector3<f64>, Vector3<f64>) -> bool,
+) {
+    let distance = |other: &OverlapPoint<f64>| (other.point - lowest.point).norm();
+    let nearest = minima.iter_mut().min_by(|a, b| distance(a).total_cmp(&distance(b)));
     match nearest {
-        Some(nearest) if at.value <= minima[nearest].value => minima[nearest] = at,
-        Some(_) => {}
-        None => minima.push(at),
+        Some(nearest) if nearest.value < lowest.value => {}
+        Some(nearest) if nearest.value - lowest.value <= BOTTOM_ERROR * edge => *nearest = lowest,
+        Some(nearest) if !leaves_contact(nearest.point, lowest.point) => *nearest = lowest,
+        _ => minima.push(lowest),
     }
     minima.sort_by(|a, b| a.value.total_cmp(&b.value));
+    minima.truncate(MAX_MINIMA);
 }

@@ -93,7 +93,7 @@ impl Known {
         for (index, element) in elements.iter().enumerate() {
             let now = element.map(|vertex| points[vertex as usize]);
             let ways = now.iter().zip(&self.corners[index]).map(|(now, then)| (now - then).norm());
-            let way = ways.fold(0.0, |a, b| if b <= a { a } else { b });
+            let way = longest(ways);
             let (id, needed) = (index as u32, reach(element));
             let is_known = match self.contacts.contains_key(&id) {
                 true => way <= hold,
@@ -131,7 +131,12 @@ impl Known {
             kept.into_iter().for_each(|(plane, _)| self.add(plane));
             self.add(minimum);
         }
-        planes.into_values().flatten().for_each(|(plane, _)| self.add(plane));
+        // Where nothing was found, a plane that is farther off now than was searched would hide what comes nearer.
+        for (plane, gap) in planes.into_values().flatten() {
+            if gap <= self.margins[plane.element as usize] {
+                self.add(plane);
+            }
+        }
         again.points.into_iter().for_each(|contact| self.add(contact));
         self.contacts.retain(|_, contacts| !contacts.is_empty());
     }
@@ -149,6 +154,11 @@ impl Known {
     pub fn contacts(&self) -> impl Iterator<Item = &Contact<f64>> {
         self.contacts.values().flatten()
     }
+}
+
+/// The longest of some ways; NaN if one is.
+pub(crate) fn longest(ways: impl Iterator<Item = f64>) -> f64 {
+    ways.fold(0.0, |longest, way| if longest < way || way.is_nan() { way } else { longest })
 }
 
 /// Are two points of an element one?

@@ -206,13 +206,15 @@ impl Query {
         // A rigid surface is moved where it is searched.
         let is_rigid = matches!(surface.carrier, Carrier::Body { .. });
         let points = if is_rigid { vec![] } else { surface.points(world) };
-        let mut found = match &surface.carrier {
+        let found = match &surface.carrier {
             Carrier::Body { id, points: rest } => {
                 let (body, reach) = (&world.bodies[*id as usize], motion.reach(surface.max_speed(world)));
-                self.find_rigid(&pair, (body, rest), reach, &mut memory.rigid, contacts)?
+                self.find_rigid(&pair, (body, rest), reach, &mut memory.rigid, contacts)
             }
-            _ => self.find_soft(&pair, &points, world, motion, memory, contacts)?,
+            _ => self.find_soft(&pair, &points, world, motion, memory, contacts),
         };
+        // What was asked, and not answered, is not known.
+        let mut found = found.inspect_err(|_| *memory = Memory::default())?;
         if self.one_per_feature {
             let (mut minima, others): (Vec<_>, Vec<_>) = found.into_iter().partition(|contact| contact.rank == 0);
             let count = match surface.faces.is_empty() {

@@ -89,7 +89,8 @@ impl<F: EnclosedSdf> EnclosedSdf for Offset<F> {
     }
 
     fn relaxation<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Relaxation<R> {
-        self.field.relaxation(about, corners).shift(R::from_f64(-self.distance))
+        let relaxation = self.field.relaxation(about, corners).shift(R::from_f64(-self.distance));
+        relaxation.widen_by_rounding(self, about, corners)
     }
 
     fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {

@@ -105,7 +105,8 @@ impl<F: EnclosedSdf> EnclosedSdf for Shell<F> {
 
     fn relaxation<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Relaxation<R> {
         let outside = self.field.relaxation(about, corners);
-        outside.max(outside.negate()).raise(R::zero()).shift(R::from_f64(-0.5 * self.thickness))
+        let shell = outside.max(outside.negate()).raise(R::zero()).shift(R::from_f64(-0.5 * self.thickness));
+        shell.widen_by_rounding(self, about, corners)
     }
 
     fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {

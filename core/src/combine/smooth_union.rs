@@ -149,6 +149,7 @@ impl<A: EnclosedSdf, B: EnclosedSdf> EnclosedSdf for SmoothUnion<A, B> {
             lower: from_fn(|k| blended(a.lower[k], b.lower[k])),
             upper: from_fn(|k| value + rises(k)),
         }
+        .widen_by_rounding(self, about, corners)
         .tighten()
     }
 

@@ -20,7 +20,7 @@ use crate::{Aabb, EnclosedSdf};
 /// Budget and tolerance of [`Pair::deepest`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DepthSearch {
-    /// Largest number of evaluations of both fields, up to a few at the start.
+    /// Largest number of evaluations of both fields; a descent that has begun goes on, with up to 98 more.
     pub evaluations: u32,
     /// Stops when the minimum is known to within this fraction of the longest side of the region.
     pub tolerance: f64,
@@ -70,7 +70,10 @@ impl Node for BoxNode {
 const MAX_DEPTH: usize = 192;
 
 /// Steps of a local descent. Most come to rest after half as many.
-const DESCENT_STEPS: u32 = 48;
+pub(super) const DESCENT_STEPS: u32 = 48;
+
+/// Most evaluations beyond its budget: both halves of a box, and a descent from each.
+pub(super) const MAX_OVERRUN: u32 = 2 * (DESCENT_STEPS + 1);
 
 impl<A: EnclosedSdf, B: EnclosedSdf> Pair<'_, A, B> {
     /// Finds the deepest point. `scratch` holds the open boxes: a few hundred are enough for smooth bodies. With fewer than

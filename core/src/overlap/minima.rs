@@ -6,6 +6,7 @@
 //! 3. `bottom`: from there descend, and search a box around the end by branch and bound (`deepest`).
 
 use super::bounds::PairQuery;
+use super::deepest::{DESCENT_STEPS, MAX_OVERRUN};
 use super::leaves::{Leaves, morton_code, morton_leaf};
 use super::merge_tree::{MergeTree, MortonLeaf};
 use super::{BoxNode, DepthSearch, OverlapPoint, Pair};
@@ -25,7 +26,7 @@ pub struct LocalMinima {
     /// Height that every path from cube to cube climbs between two minima. Between their centres it can be twice as
     /// much.
     pub barrier: f64,
-    /// Number of evaluations of both fields.
+    /// Number of evaluations of both fields, at most as many as were allowed.
     pub evaluations: u32,
     /// False if the budget or the scratch buffer ran out: there may be more minima.
     pub is_complete: bool,
@@ -39,7 +40,8 @@ impl<A: EnclosedSdf, B: EnclosedSdf> Pair<'_, A, B> {
     /// diagonal. A minimum is reported if every path to a lower point climbs by more than twice the barrier. It is not
     /// reported if one climbs by less than half of it. So flat or curved valleys are one minimum, and neither the
     /// lattice nor finer noise makes another. Parts less than about 1 + √3 · slope bound cubes apart may
-    /// count as one.
+    /// count as one, and so may parts far from each other with a gap between the bodies from one to the other that is nowhere wider
+    /// than the barrier.
     ///
     /// `minima` is filled with the lowest in ascending order. `scratch` needs room for all cubes in which the bodies
     /// may touch.
@@ -62,8 +64,12 @@ impl<A: EnclosedSdf, B: EnclosedSdf> Pair<'_, A, B> {
         let mut tree = MergeTree::new(scratch.get_mut(..stored).unwrap_or_default());
         let leaves = Leaves::new(&self.region, resolution);
         tree.merge(R::from_f64(barrier), |code| {
-            let (bottom, evaluations) = query.bottom(leaves.leaf_center(morton_leaf(code)), edge);
-            summary.evaluations = summary.evaluations.saturating_add(evaluations);
+            let budget = evaluations.saturating_sub(summary.evaluations);
+            let Some((bottom, spent)) = query.bottom(leaves.leaf_center(morton_leaf(code)), edge, budget) else {
+                summary.is_complete = false;
+                return;
+            };
+            summary.evaluations = summary.evaluations.saturating_add(spent);
             // A cube in which the bodies may touch can have a bottom at which they do not.
             if bottom.value <= query.margin + query.rounding {
                 summary.count = summary.count.saturating_add(1);
@@ -81,16 +87,25 @@ const MAX_BOXES: u32 = 8;
 const BOX_SEARCH: DepthSearch = DepthSearch { evaluations: 512, tolerance: 1e-3 };
 
 impl<R: Float, A: EnclosedSdf, B: EnclosedSdf> PairQuery<'_, R, A, B> {
-    /// The bottom of the basin of a point, and the number of evaluations. Where several faces of a body meet, descents
-    /// come to rest above the bottom; the search of a box around does not.
-    fn bottom(&self, start: [f64; 3], edge: f64) -> (OverlapPoint<R>, u32) {
-        let (mut lowest, mut evaluations) = self.descend(self.evaluate(from_f64(start)), R::from_f64(0.5 * edge));
+    /// The bottom of the basin of a point, and the number of evaluations; `None` if the budget is too small for a descent. Where several
+    /// faces of a body meet, descents come to rest above the bottom; the search of a box around does not.
+    fn bottom(&self, start: [f64; 3], edge: f64, budget: u32) -> Option<(OverlapPoint<R>, u32)> {
+        if budget <= DESCENT_STEPS {
+            return None;
+        }
+        let (mut lowest, steps) = self.descend(self.evaluate(from_f64(start)), R::from_f64(0.5 * edge));
+        let mut evaluations = steps.saturating_add(1);
         for _ in 0..MAX_BOXES {
+            let left = budget.saturating_sub(evaluations).saturating_sub(MAX_OVERRUN);
+            if left == 0 {
+                break;
+            }
             let center: [f64; 3] = lowest.point.map(R::to_f64).into();
             let neighbourhood = Aabb { min: center, max: center }.inflate(1.5 * edge);
             let Some(region) = self.pair.region.intersection(&neighbourhood) else { break };
             let nearby = Pair { a: self.pair.a, b: self.pair.b, margin: self.pair.margin, region };
-            let deepest = nearby.deepest::<R>(&BOX_SEARCH, &mut [BoxNode::EMPTY; 64]);
+            let search = DepthSearch { evaluations: BOX_SEARCH.evaluations.min(left), ..BOX_SEARCH };
+            let deepest = nearby.deepest::<R>(&search, &mut [BoxNode::EMPTY; 64]);
             evaluations = evaluations.saturating_add(deepest.evaluations);
             let Some(lower) = deepest.point.filter(|lower| lower.value < lowest.value) else { break };
             let is_much = R::from_f64(BOX_SEARCH.tolerance * 3.0 * edge) < lowest.value - lower.value;
@@ -99,7 +114,7 @@ impl<R: Float, A: EnclosedSdf, B: EnclosedSdf> PairQuery<'_, R, A, B> {
                 break;
             }
         }
-        (lowest, evaluations)
+        Some((lowest, evaluations))
     }
 
     fn gather_leaves(&self, mut leaves: Leaves, budget: u32, scratch: &mut [MortonLeaf<R>], summary: &mut LocalMinima) {

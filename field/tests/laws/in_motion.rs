@@ -1,10 +1,10 @@
 //! Queries of a mesh in motion: clusters, its own pose and margins for each face change no contact.
 
 use sdf_core::placed::Rigid;
-use sdf_core::shapes::Torus;
+use sdf_core::shapes::{Cuboid, Torus};
 use sdf_field::{
-    ContactOptions, Contacts, Field, MeshClusters, MeshInMotion, MeshView, Method, QueryError, Threads,
-    core as sdf_core,
+    BakeOptions, ContactOptions, Contacts, Field, GridSize, MeshClusters, MeshInMotion, MeshView, Method, QueryError,
+    Threads, core as sdf_core,
 };
 use sdf_procedural::SpikedBall;
 use sdf_procedural::random::{Random, test_seed};
@@ -90,4 +90,29 @@ fn clusters_and_margins_of_another_mesh_are_refused() {
     assert_eq!(clusters.refit(mesh).unwrap_err(), QueryError::FaceCountDiffers);
     let broken = MeshView { points: &body.points[..5], faces: &body.triangles };
     assert!(MeshClusters::new(broken).is_err());
+}
+
+/// All that is said of a face, its lower bounds too, follows from its own margin.
+#[test]
+fn the_margin_of_one_face_changes_nothing_of_another() {
+    let cuboid = Field::new(Cuboid::new([0.5; 3]).unwrap());
+    let cube = sdf_procedural::Cuboid { half: [0.5; 3] }.mesh();
+    let cube = MeshView { points: &cube.points, faces: &cube.triangles };
+    let baked = Field::bake(cube, &BakeOptions { size: GridSize::Cells(16), ..BakeOptions::default() }).unwrap().field;
+    let at = |z: f64| [[-0.2, -0.2, z], [0.2, -0.2, z], [0.0, 0.2, z]];
+    for field in [&cuboid, &baked] {
+        let points = [at(0.51), at(0.7)].concat();
+        let mesh = MeshView { points: &points, faces: &[[0, 1, 2], [3, 4, 5]] };
+        for method in [Method::Auto, Method::FrankWolfe, Method::ProjectedGradient, Method::Newton] {
+            let options = ContactOptions { method, margin: 0.02, ..ContactOptions::default() };
+            let first = |margin: f64| {
+                let in_motion = MeshInMotion { margins: Some(&[0.02, margin]), ..MeshInMotion::new(mesh) };
+                field.contacts_in_motion(&in_motion, &options).unwrap().contacts[0]
+            };
+            let alone = field.contacts(mesh, &options).unwrap().contacts[0];
+            for margin in [0.02, 0.5, 10.0, 1e6, 1e9] {
+                assert_eq!(first(margin), alone, "{method}, margin {margin}");
+            }
+        }
+    }
 }

@@ -2,7 +2,7 @@
 
 use sdf_field::core::Aabb;
 use sdf_field::core::placed::Rigid;
-use sdf_field::core::shapes::{Bowl, HalfSpace, Octahedron, Sphere};
+use sdf_field::core::shapes::{Bowl, Cuboid, HalfSpace, Octahedron, Sphere, Torus};
 use sdf_field::{BakeOptions, Field, MeshView, Overlap, OverlapError, OverlapOptions, OverlapVerdict};
 
 const UPRIGHT: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
@@ -171,5 +171,73 @@ fn a_search_in_a_box_refuses_what_a_search_everywhere_refuses() {
     for (options, error) in refused {
         assert_eq!(sphere().overlap(&sphere(), &options).unwrap_err(), error);
         assert_eq!(sphere().overlap_in(&sphere(), &options, &here).unwrap_err(), error);
+    }
+}
+
+/// Two fields that hardly touch: what any of the three searches found within the margin is a contact, whatever the tolerance.
+#[test]
+fn fields_with_a_point_within_the_margin_are_in_contact() {
+    let octahedron = Field::new(Octahedron::new(0.8).unwrap());
+    let torus = Field::new(Torus::new(1.0, 0.3).unwrap());
+    let bowl = Field::new(Bowl::new(1.0, 0.0, 0.2).unwrap());
+    let cuboid = Field::new(Cuboid::new([0.5, 0.6, 0.7]).unwrap());
+    let cases = [
+        (&octahedron, &torus, [0.91938, 0.15163, 1.00008], [0.14, -0.55, -0.84, -0.47], 1e-3),
+        (&octahedron, &torus, [0.91933, 0.15162, 1.00002], [0.14, -0.55, -0.84, -0.47], 0.01),
+        (&bowl, &cuboid, [0.51917, -0.94192, -1.61253], [0.33, -0.22, 0.26, 0.94], 0.01),
+    ];
+    for (a, b, translate, rotate, tolerance) in cases {
+        let poses = [None, Rigid::new(translate, rotate)];
+        let found = a.overlap(b, &OverlapOptions { poses, tolerance, ..OverlapOptions::default() }).unwrap();
+        let lowest = found.points.iter().chain(found.pieces.iter().map(|piece| &piece.point));
+        let lowest = lowest.map(|point| point.value).fold(f64::INFINITY, f64::min);
+        assert!(lowest <= 0.0 && found.verdict == OverlapVerdict::Contact, "{lowest}: {:?}", found.verdict);
+        assert_eq!(found.deepest.unwrap().point.unwrap().value, lowest);
+        assert_eq!(found.points[0].value, lowest);
+    }
+}
+
+/// A plate that clears a floor by less than a cube, on two pins of unlike depth: the deepest point does not take the place of the other
+/// pin's. On a ring, where one is as deep as the other, it does.
+#[test]
+fn the_deepest_point_is_added_beside_that_of_another_part() {
+    let floor = Field::new(HalfSpace::new([0.0, 0.0, 1.0], 0.0).unwrap());
+    let pins = br#"[field]
+        shape = "union"
+        of = [
+            { shape = "box", half_extents = [1.0, 1.0, 0.1], pose = { translation = [0.0, 0.0, 0.1005] } },
+            { shape = "sphere", radius = 0.01, pose = { translation = [0.7, 0.7, 0.0] } },
+            { shape = "sphere", radius = 0.012, pose = { translation = [-0.7, -0.6, 0.0] } },
+        ]"#;
+    let pins = Field::from_bytes(pins, "pins").unwrap();
+    let found = pins.overlap(&floor, &OverlapOptions::default()).unwrap();
+    let mut places: Vec<f64> = found.points.iter().map(|point| point.point.x).collect();
+    places.sort_by(f64::total_cmp);
+    assert!(places.len() == 2 && (places[0] + 0.7).abs() < 0.02 && (places[1] - 0.7).abs() < 0.02, "{places:?}");
+    let ring = Field::new(Torus::new(1.0, 0.1).unwrap());
+    let found = ring.overlap(&floor, &raised(0.09)).unwrap();
+    assert_eq!(found.points.len(), 1);
+}
+
+/// A hundred balls on a floor: the minima take no more evaluations than they may, and say what that leaves out.
+#[test]
+fn no_search_takes_more_evaluations_than_its_budget() {
+    let floor = Field::new(HalfSpace::new([0.0, 0.0, 1.0], 0.0).unwrap());
+    let ball = |index: usize| {
+        format!(
+            "{{ shape = \"sphere\", radius = 0.04, pose = {{ translation = [{:?}, {:?}, 0.0] }} }},",
+            (index % 10) as f64 * 0.1,
+            (index / 10) as f64 * 0.1
+        )
+    };
+    let balls: String = (0..100).map(ball).collect();
+    let balls = Field::from_bytes(format!("[field]\nshape = \"union\"\nof = [{balls}]\n").as_bytes(), "balls").unwrap();
+    for evaluations in [0, 1, 100, 4096, 16_384, 1 << 16] {
+        let found = balls.overlap(&floor, &OverlapOptions { evaluations, ..OverlapOptions::default() }).unwrap();
+        let minima = found.minima.unwrap();
+        assert!(minima.evaluations <= evaluations, "{evaluations}: {minima:?}");
+        assert!(found.deepest.unwrap().evaluations <= evaluations + 98);
+        assert!(found.patch.unwrap().evaluations <= evaluations + 98);
+        assert_eq!(minima.is_complete, evaluations == 1 << 16, "{evaluations}: {minima:?}");
     }
 }

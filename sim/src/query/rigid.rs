@@ -136,7 +136,7 @@ impl<const N: usize> Near<N> {
             let known = &mut self.known[place as usize];
             let corners = known.rest.map(|corner| pose.push(corner));
             let ways = corners.iter().zip(&known.corners).map(|(now, then)| (now - then).norm());
-            let way = ways.fold(0.0, |a, b| if b <= a { a } else { b });
+            let way = memory::longest(ways);
             if known.has_contact && way <= hold {
                 *due = Due { way: total + (hold - way), by_bound: false };
             } else if needed + slope_bound * way < known.lower_bound {
@@ -249,7 +249,7 @@ impl Query {
             return Ok(vec![]);
         };
         let needed = self.thickness + reach;
-        let margin = needed * (1.0 + SEARCHED) + 2.0 * slope_bound * self.hold;
+        let margin = needed + SEARCHED * needed.abs() + 2.0 * slope_bound * self.hold;
         contacts.element_count += surface.faces.len();
         if memory.kinds != Some(self.elements) {
             *memory = RigidMemory { kinds: Some(self.elements), ..RigidMemory::default() };

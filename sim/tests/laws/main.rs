@@ -13,6 +13,7 @@ mod recordings;
 mod recovery;
 mod reduce;
 mod refusals;
+mod remembered;
 mod rigid_memory;
 mod rolling;
 mod seams;

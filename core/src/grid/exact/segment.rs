@@ -21,7 +21,7 @@ use super::LANES;
 use crate::grid::{Grid, Storage};
 use crate::number::{Float, Real};
 use crate::vector::from_f64;
-use crate::{Aabb, ExactMinimum};
+use crate::{Aabb, ExactMinimum, Sdf};
 
 /// A line `start` + t · `direction`, 0 ≤ t ≤ 1, in cell coordinates.
 #[derive(Clone, Copy)]
@@ -34,7 +34,7 @@ impl<S: Storage> Grid<S> {
     /// `None` if the segment leaves the box or meets too many cells, or a sample is not finite.
     #[inline(always)]
     pub(in crate::grid) fn minimum_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<ExactMinimum<R, 2>> {
-        let is_steep = R::MAX_COORDINATE < self.slope_bound.double * self.lattice.spacing();
+        let is_steep = R::from_f64(R::MAX_COORDINATE) < self.slope_bound_in_cells::<R>();
         if is_steep || !self.lattice.bounds().encloses(&Aabb::from_corners(&ends)) {
             return None;
         }
@@ -79,6 +79,13 @@ impl<S: Storage> Grid<S> {
             pieces.count = 0;
         }
         Some(ExactMinimum { weights: [R::one() - lowest_t, lowest_t], value: lowest, lower_bound: lowest, evaluations })
+    }
+
+    /// The slope bound in cell coordinates.
+    #[inline(always)]
+    pub(super) fn slope_bound_in_cells<R: Float>(&self) -> R {
+        let (_, spacing, _) = self.lattice.in_numbers::<R>();
+        self.slope_bound_as::<R>() * spacing
     }
 
     #[inline(always)]

@@ -75,7 +75,7 @@ impl<S: Storage> Grid<S> {
         corners: [Vector3<R>; 3],
         goal: Goal<R>,
     ) -> Option<ExactMinimum<R, 3>> {
-        let is_steep = STEEPEST < self.slope_bound.double * self.lattice.spacing();
+        let is_steep = R::from_f64(STEEPEST) < self.slope_bound_in_cells::<R>();
         if is_steep || !self.lattice.bounds().encloses(&Aabb::from_corners(&corners)) {
             return None;
         }
@@ -132,7 +132,7 @@ impl<S: Storage> Grid<S> {
         let (values, gradient) = points.values();
         let (value, corner_values) = (values[0], [values[1], values[2], values[3]]);
         let rounding = self.triangle_rounding(&corners, value);
-        let slope_bound = R::from_f64(self.slope_bound.double * self.lattice.spacing());
+        let slope_bound = self.slope_bound_in_cells();
         let directions = Directions::new(triangle, gradient, slope_bound);
         let single = directions.to_single(slope_bound);
         let bounds = DirectionalBounds::from_single(directional_bounds(storage, &mut cells, &single)?);

@@ -48,7 +48,7 @@ fn with_small_buffers_or_budgets_the_bounds_still_hold() {
                 "{pieces} {evaluations}: {found:?}"
             );
             assert!(!found.converged, "{pieces} {evaluations}: {found:?}");
-            assert!(found.evaluations <= evaluations + 200, "{pieces} {evaluations}: {found:?}");
+            assert!(found.evaluations <= evaluations + 98, "{pieces} {evaluations}: {found:?}");
         }
     }
 }

@@ -53,7 +53,7 @@ impl<S: Storage> Grid<S> {
         let blocks = triangle.blocks()?;
         let (lowest, gradient) = self.low_point(corners, goal.level);
         let rounding = self.triangle_rounding(&corners, lowest.value);
-        let slope_bound = R::from_f64(self.slope_bound.double * self.lattice.spacing());
+        let slope_bound = self.slope_bound_in_cells();
         let directions = Directions::new(triangle, gradient * R::from_f64(self.lattice.spacing()), slope_bound);
         let single = directions.to_single(slope_bound);
         let above = R::from_f64(f64::INFINITY);
