@@ -31,6 +31,7 @@ mod ellipsoid;
 mod half_space;
 mod horseshoe;
 mod mirror;
+mod nearest;
 mod octahedron;
 mod profile;
 mod rounded_box;

@@ -4,7 +4,7 @@
 //! | step | question | file |
 //! |---|---|---|
 //! | 1 | Is the field a union? Then each part is searched by itself, and the lowest minimum wins. | `parts` |
-//! | 2 | Does the field know the minimum of this segment or triangle without a search? | `grid_exact` |
+//! | 2 | Does the field know the minimum of this segment or triangle without a search? | `known_minimum` |
 //! | 3 | If not: the node with the lowest bound is bisected, and each half bounded from one evaluation. | `branch_and_bound` |
 //! | 4 | Does some in-plane direction descend on all of a half? Then its interior holds no minimum. | `descent_test` |
 //!
@@ -17,11 +17,11 @@
 
 mod branch_and_bound;
 mod descent_test;
-mod grid_exact;
+mod known_minimum;
 mod parts;
 
 use branch_and_bound::{BranchAndBound, SimplexNode};
-use grid_exact::{SampledMinimum, minimum_on_edges, minimum_on_segment, minimum_on_triangle};
+use known_minimum::{SampledMinimum, minimum_on_edges, minimum_on_segment, minimum_on_triangle};
 use parts::minimum_of_parts;
 
 use super::descent_state::DescentState;
@@ -40,7 +40,7 @@ use crate::{EnclosedSdf, Goal, Simplex};
 ///
 /// A grid knows its minimum on a segment, and on a triangle in a box of up to some 56 cells along each axis
 /// ([`EnclosedSdf::exact_minimum`]): these need no search, and a larger triangle is cut until its parts are of that
-/// size. On other fields the search starts where a few steps of [`Newton`] end: the lower the value to beat, the fewer
+/// size. So do half-spaces, and in double precision balls, ellipsoids and capsules, but for slivers. On other fields the search starts where a few steps of [`Newton`] end: the lower the value to beat, the fewer
 /// the nodes.
 ///
 /// With a level ([`Minimizer::minimize_below`]), it stops once every value is proven above the level. Where the value found

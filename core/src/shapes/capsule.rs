@@ -3,9 +3,10 @@
 use nalgebra::Vector3;
 
 use super::is_length;
-use crate::number::{Parameter, Real};
+use super::nearest::{minimum_at, nearest_to_axis};
+use crate::number::{Float, Parameter, Real};
 use crate::vector::{direction, from_parameters, largest_component};
-use crate::{Aabb, EnclosedSdf, Sample, Sdf};
+use crate::{Aabb, EnclosedSdf, ExactMinimum, Goal, Sample, Sdf, Simplex};
 
 /// All points within `radius` of the segment from `a` to `b`: φ = |x − a − t (b − a)| − r, t = clamp((x − a)·(b − a)
 /// / |b − a|², 0, 1) (Ericson 2005, "Real-Time Collision Detection", §5.1.2). Exact.
@@ -97,4 +98,13 @@ impl Sdf for Capsule {
 
 impl EnclosedSdf for Capsule {
     const IS_CONVEX: bool = true;
+
+    fn exact_minimum<R: Float, const N: usize>(
+        &self,
+        corners: [Vector3<R>; N],
+        _goal: Goal<R>,
+    ) -> Option<ExactMinimum<R, N>> {
+        let weights = nearest_to_axis(corners, [from_parameters(self.a), from_parameters(self.b)])?;
+        minimum_at(self, R::from_parameter(self.radius), &Simplex { corners }, weights)
+    }
 }

@@ -1,9 +1,10 @@
 use nalgebra::Vector3;
 
 use super::is_length;
-use crate::number::Real;
+use super::nearest::{minimum_at, nearest_to_axis};
+use crate::number::{Float, Real};
 use crate::vector::{direction, from_f64};
-use crate::{Aabb, EnclosedSdf, Sample, Sdf};
+use crate::{Aabb, EnclosedSdf, ExactMinimum, Goal, Sample, Sdf, Simplex};
 
 /// An ellipsoid around the origin with its axes along x, y and z.
 ///
@@ -30,13 +31,18 @@ impl Ellipsoid {
     pub fn radii(&self) -> [f64; 3] {
         self.radii
     }
+
+    /// What coordinates are multiplied by, so that φ is |x| − r: 1 along the shortest axis, less along the others.
+    #[inline(always)]
+    fn squeeze<R: Real>(&self) -> Vector3<R> {
+        from_f64(self.radii.map(|radius| self.smallest / radius))
+    }
 }
 
 impl Sdf for Ellipsoid {
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
-        // 1 along the shortest axis, less along the others.
-        let squeeze = from_f64(self.radii.map(|radius| self.smallest / radius));
+        let squeeze = self.squeeze();
         let squeezed = direction(point.component_mul(&squeeze));
         let gradient = squeezed.unit.component_mul(&squeeze);
         Sample::with_degenerate(squeezed.length - R::from_f64(self.smallest), gradient, squeezed.is_zero)
@@ -60,4 +66,14 @@ impl Sdf for Ellipsoid {
 
 impl EnclosedSdf for Ellipsoid {
     const IS_CONVEX: bool = true;
+
+    fn exact_minimum<R: Float, const N: usize>(
+        &self,
+        corners: [Vector3<R>; N],
+        _goal: Goal<R>,
+    ) -> Option<ExactMinimum<R, N>> {
+        let squeezed = corners.map(|corner| corner.component_mul(&self.squeeze()));
+        let weights = nearest_to_axis(squeezed, [Vector3::zeros(); 2])?;
+        minimum_at(self, R::from_f64(self.smallest), &Simplex { corners }, weights)
+    }
 }

@@ -1,8 +1,9 @@
 use nalgebra::Vector3;
 
-use crate::number::{Parameter, Real};
+use crate::number::{Float, Parameter, Real};
+use crate::simplex::corner_weights;
 use crate::vector::from_parameters;
-use crate::{Aabb, EnclosedSdf, Sample, Sdf};
+use crate::{Aabb, EnclosedSdf, ExactMinimum, Goal, Sample, Sdf};
 
 /// All points with n·x ≤ offset, |n| = 1: φ = n·x − offset. Exact.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,4 +63,19 @@ impl Sdf for HalfSpace {
 
 impl EnclosedSdf for HalfSpace {
     const IS_CONVEX: bool = true;
+
+    /// The lowest corner.
+    fn exact_minimum<R: Float, const N: usize>(
+        &self,
+        corners: [Vector3<R>; N],
+        _goal: Goal<R>,
+    ) -> Option<ExactMinimum<R, N>> {
+        let (mut lowest, mut value) = (0, R::from_f64(f64::INFINITY));
+        for (index, corner) in corners.iter().enumerate() {
+            let here = self.value(*corner);
+            (lowest, value) = if here < value { (index, here) } else { (lowest, value) };
+        }
+        let weights = corner_weights(lowest);
+        value.is_finite().then_some(ExactMinimum { weights, value, lower_bound: value, evaluations: 1 })
+    }
 }

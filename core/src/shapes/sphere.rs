@@ -1,9 +1,10 @@
 use nalgebra::Vector3;
 
 use super::is_length;
-use crate::number::{Parameter, Real};
+use super::nearest::{minimum_at, nearest_to_axis};
+use crate::number::{Float, Parameter, Real};
 use crate::vector::direction;
-use crate::{Aabb, EnclosedSdf, Sample, Sdf};
+use crate::{Aabb, EnclosedSdf, ExactMinimum, Goal, Sample, Sdf, Simplex};
 
 /// A ball around the origin: φ = |x| − r. Exact.
 ///
@@ -53,4 +54,13 @@ impl Sdf for Sphere {
 
 impl EnclosedSdf for Sphere {
     const IS_CONVEX: bool = true;
+
+    fn exact_minimum<R: Float, const N: usize>(
+        &self,
+        corners: [Vector3<R>; N],
+        _goal: Goal<R>,
+    ) -> Option<ExactMinimum<R, N>> {
+        let weights = nearest_to_axis(corners, [Vector3::zeros(); 2])?;
+        minimum_at(self, R::from_parameter(self.radius), &Simplex { corners }, weights)
+    }
 }

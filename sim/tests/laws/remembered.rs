@@ -1,4 +1,4 @@
-//! What a memory holds from earlier frames hides nothing: neither a plane that was kept, nor a search that failed, nor a negative thickness.
+//! A memory hides nothing by what it holds from earlier frames: neither by a plane that was kept, nor by a search that failed.
 
 use sdf_core::placed::Rigid;
 use sdf_core::shapes::HalfSpace;
@@ -50,7 +50,7 @@ fn a_plane_out_of_reach_does_not_hide_a_corner_that_comes_into_it() {
     }
 }
 
-/// By a method that does not search faces, or within a margin that is no number.
+/// It fails by a method that does not search faces, or within a margin that is no number.
 #[test]
 fn a_search_that_fails_is_not_remembered() {
     let query = Query { thickness: 0.1, struck_vertices: false, ..Query::default() };
@@ -79,7 +79,7 @@ fn tetrahedron(height: f64) -> (Surface, World) {
     (Surface::of_faces(faces, 4, Carrier::Body { id, points: points.into() }), world)
 }
 
-/// As a negative margin does, it asks for a depth.
+/// A negative thickness asks for a depth, as a negative margin does.
 #[test]
 fn a_negative_thickness_finds_what_is_so_deep() {
     let (surface, world) = tetrahedron(-0.11);

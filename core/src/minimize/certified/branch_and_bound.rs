@@ -4,7 +4,7 @@
 //! its parent, and the enclosure of φ on the part ([`EnclosedSdf::enclosure`], one evaluation at its centroid).
 
 use super::descent_test::DescentTest;
-use super::grid_exact::{EDGE_EVALUATIONS, EdgeMinimum, SampledMinimum, minimum_on_triangle};
+use super::known_minimum::{EDGE_EVALUATIONS, EdgeMinimum, SampledMinimum, minimum_on_triangle};
 use crate::best_first::{BestFirstQueue, Node};
 use crate::minimize::sub_simplex::{SubSimplex, WeightedValue};
 use crate::minimize::{Minimizer, Minimum, Newton};

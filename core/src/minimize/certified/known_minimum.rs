@@ -1,5 +1,4 @@
-//! Minima that the field knows without a search ([`EnclosedSdf::exact_minimum`]; today those of a grid), made into
-//! answers.
+//! Minima that the field knows without a search ([`EnclosedSdf::exact_minimum`]), made into answers.
 //!
 //! An exact minimum is a value in exact arithmetic at rounded weights. The answer is the field's own sample at the
 //! point of those weights, so φ ≥ min(exact lower bound, sample) − rounding.
