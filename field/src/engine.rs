@@ -97,8 +97,12 @@ impl<const N: usize> Query<'_, N> {
 
     fn wide_survivors<F: EnclosedSdf>(&self, field: &F, vectors: Vectors) -> Vec<(usize, Result<f64, CullReason>)> {
         let field = Posed { field, pose: self.pose };
-        let Self { margins, elements, .. } = *self;
-        let mut survivors = vectors.run(WideCull { field, margins, elements });
+        let elements = self.elements;
+        // Apart: the loops over lanes of the cull have no room for the choice.
+        let mut survivors = match self.margins {
+            CullMargins::All(margins) => vectors.run(WideCull { field, margins, elements }),
+            CullMargins::Each(margins) => vectors.run(WideCull { field, margins, elements }),
+        };
         survivors.sort_unstable_by_key(|(index, _)| *index);
         survivors
     }
@@ -225,13 +229,13 @@ impl Vectors {
 }
 
 /// The indices of the elements that are not culled, and lower bounds on them.
-struct WideCull<'a, F, const N: usize> {
+struct WideCull<'a, F, M, const N: usize> {
     field: F,
-    margins: CullMargins<'a>,
+    margins: M,
     elements: &'a [Element<f64, N>],
 }
 
-impl<F: EnclosedSdf, const N: usize> NullaryFnOnce for WideCull<'_, F, N> {
+impl<F: EnclosedSdf, M: Margins<f64>, const N: usize> NullaryFnOnce for WideCull<'_, F, M, N> {
     type Output = Vec<(usize, Result<f64, CullReason>)>;
 
     // Only what is inlined here is compiled for the wider vectors.

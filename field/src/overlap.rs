@@ -245,7 +245,7 @@ fn search(pair: &Pair<PosedField, PosedField>, fields: [&PosedField; 2], options
     Overlap { verdict, deepest: Some(deepest), minima: Some(minima), points, patch: Some(patch), pieces }
 }
 
-/// All minima; the scratch buffer grows until it holds every cube in which the fields may touch.
+/// All minima; the scratch buffer grows until it holds every cube in which the fields may touch, if the budget allows as much again.
 fn minima<A: EnclosedSdf, B: EnclosedSdf>(
     pair: &Pair<A, B>,
     edge: f64,
@@ -256,7 +256,7 @@ fn minima<A: EnclosedSdf, B: EnclosedSdf>(
         let (mut cubes, mut points) = (vec![MortonLeaf::empty(); room], vec![None; MAX_MINIMA]);
         let minima = pair.minima(edge, evaluations - spent, &mut cubes, &mut points);
         spent += minima.evaluations;
-        if minima.leaf_count <= room {
+        if minima.leaf_count <= room || evaluations - spent < spent {
             return (LocalMinima { evaluations: spent, ..minima }, points.into_iter().flatten().collect());
         }
         room = minima.leaf_count;
