@@ -32,7 +32,7 @@ impl Ellipsoid {
         self.radii
     }
 
-    /// What coordinates are multiplied by, so that φ is |x| − r: 1 along the shortest axis, less along the others.
+    /// Factors of the coordinates with which φ is |x| − r: 1 along the shortest axis, less along the others.
     #[inline(always)]
     fn squeeze<R: Real>(&self) -> Vector3<R> {
         from_f64(self.radii.map(|radius| self.smallest / radius))
