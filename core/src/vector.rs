@@ -36,8 +36,8 @@ pub(crate) fn norm_squared<R: Real>(vector: Vector3<R>) -> R {
 
 /// max(|x|, |y|, |z|).
 #[inline(always)]
-pub(crate) fn largest_component<R: Real>(vector: [f64; 3]) -> R {
-    from_f64::<R>(vector).iter().fold(R::zero(), |largest, x| largest.max(x.abs()))
+pub(crate) fn largest_component<R: Real>(vector: Vector3<R>) -> R {
+    vector.iter().fold(R::zero(), |largest, x| largest.max(x.abs()))
 }
 
 #[inline(always)]

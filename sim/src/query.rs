@@ -213,7 +213,7 @@ impl Query {
             }
             _ => self.find_soft(&pair, &points, world, motion, memory, contacts),
         };
-        // What was asked, and not answered, is not known.
+        // Elements count as searched from when they are asked for: a search that fails must not leave them so.
         let mut found = found.inspect_err(|_| *memory = Memory::default())?;
         if self.one_per_feature {
             let (mut minima, others): (Vec<_>, Vec<_>) = found.into_iter().partition(|contact| contact.rank == 0);

@@ -94,7 +94,7 @@ impl Placement for FrozenMap {
     /// v₀, and v₀ₘ as a length of the world: ‖G‖ is the slope factor.
     #[inline]
     fn magnitude<R: Real>(&self) -> R {
-        let material = largest_component::<R>(self.material_origin) * R::from_f64(1.0 / self.slope_factor);
-        largest_component::<R>(self.world_origin) + material
+        let material = largest_component::<R>(from_f64(self.material_origin)) * R::from_f64(1.0 / self.slope_factor);
+        largest_component::<R>(from_f64(self.world_origin)) + material
     }
 }

@@ -40,8 +40,8 @@ use crate::{EnclosedSdf, Goal, Simplex};
 ///
 /// A grid knows its minimum on a segment, and on a triangle in a box of up to some 56 cells along each axis
 /// ([`EnclosedSdf::exact_minimum`]): these need no search, and a larger triangle is cut until its parts are of that
-/// size. So do half-spaces, and in double precision balls, ellipsoids and capsules, but for slivers. On other fields the search starts where a few steps of [`Newton`] end: the lower the value to beat, the fewer
-/// the nodes.
+/// size. So do half-spaces, and in double precision balls, ellipsoids and capsules, but for slivers. On other fields the
+/// search starts where a few steps of [`Newton`] end: the lower the value to beat, the fewer the nodes.
 ///
 /// With a level ([`Minimizer::minimize_below`]), it stops once every value is proven above the level. Where the value found
 /// without it is at most the level, the answer is the same. Where that is above the level, but by less than the tolerance

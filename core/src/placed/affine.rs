@@ -105,7 +105,7 @@ impl Placement for Affine {
 
     #[inline(always)]
     fn magnitude<R: Real>(&self) -> R {
-        largest_component(self.translation)
+        largest_component(from_f64(self.translation))
     }
 }
 

@@ -46,7 +46,7 @@ impl Similarity {
             local_from_world: matrix.transpose() * inv_scale,
             translation: translation.into(),
             scale,
-            largest_translation: largest_component(translation),
+            largest_translation: largest_component::<f64>(translation.into()),
         };
         Some(Self {
             world_from_local: matrix * scale,

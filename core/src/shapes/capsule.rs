@@ -35,7 +35,7 @@ impl Capsule {
         let normal = if length_sq > 0.0 { side / libm::sqrt(side.dot(&side)) } else { Vector3::x() };
         let (axis, normal) = (axis.into(), normal.into());
         let is_valid = [a, b, axis, normal, [length_sq; 3]].iter().flatten().all(|x: &f64| x.is_finite());
-        let largest_coordinate = largest_component::<f64>(a).max(largest_component(b));
+        let largest_coordinate = largest_component::<f64>(a.into()).max(largest_component(b.into()));
         let parameters = |vector: [f64; 3]| vector.map(Parameter::from);
         (is_valid && is_length(radius)).then(|| Self {
             a: parameters(a),

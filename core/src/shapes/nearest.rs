@@ -10,8 +10,8 @@ use nalgebra::Vector3;
 
 use crate::number::{Float, Real};
 use crate::rounding::{FieldScale, rounding};
-use crate::simplex::max_distance;
-use crate::vector::norm_squared;
+use crate::simplex::{corner_weights, max_distance};
+use crate::vector::{largest_component, norm_squared};
 use crate::{ExactMinimum, Sample, Sdf, Simplex};
 
 /// Sine of the angle between two edges, as a multiple of [`Real::EPSILON`], below which a triangle is a sliver: there what of one edge is
@@ -62,10 +62,9 @@ pub(super) fn nearest_to_axis<R: Float, const N: usize>(
     if R::EPSILON > 1e-10 {
         return None;
     }
-    let mut nearest = ([R::zero(); 3], R::from_f64(f64::INFINITY));
-    let mut add = |weights: [R; 3]| {
-        let point = Simplex { corners }.point(from_fn(|k| weights.get(k).copied().unwrap_or(R::zero())));
-        let distance_sq = norm_squared(from_axis(point, axis));
+    let mut nearest = ([R::zero(); N], R::from_f64(f64::INFINITY));
+    let mut add = |weights: [R; N]| {
+        let distance_sq = norm_squared(from_axis(Simplex { corners }.point(weights), axis));
         if distance_sq < nearest.1 {
             nearest = (weights, distance_sq);
         }
@@ -76,28 +75,25 @@ pub(super) fn nearest_to_axis<R: Float, const N: usize>(
         let crossing = crossing([a, b, c], axis);
         let centers = [crossing, Some(axis[0]), if is_point { None } else { Some(axis[1]) }];
         for center in centers.into_iter().flatten() {
-            let weights = weights_in_plane([a, b, c].map(|corner| corner - center))?;
-            if weights.iter().all(|weight| R::zero() <= *weight) {
-                add(weights);
+            let in_plane = weights_in_plane([a, b, c].map(|corner| corner - center))?;
+            if in_plane.iter().all(|weight| R::zero() <= *weight) {
+                add(from_fn(|k| in_plane.get(k).copied().unwrap_or(R::zero())));
                 is_inside |= is_point || Some(center) == crossing;
             }
         }
     }
-    let edges: usize = match N {
-        _ if is_inside => 0,
-        3 => 3,
-        _ => 1,
-    };
-    for first in 0..edges {
-        let second = if first == 2 { 0 } else { first + 1 };
-        if let [Some(from), Some(to)] = [first, second].map(|end| corners.get(end).copied()) {
-            let (mut weights, place) = ([R::zero(); 3], place_nearest_to_axis([from, to], axis));
-            (weights[first % 3], weights[second % 3]) = (R::one() - place, place);
-            add(weights);
+    if !is_inside {
+        // A segment has the first edge alone.
+        for (first, second) in [(0, 1), (1, 2), (2, 0)] {
+            if let [Some(from), Some(to)] = [first, second].map(|end| corners.get(end).copied()) {
+                let place = place_nearest_to_axis([from, to], axis);
+                let (from, to): ([R; N], [R; N]) = (corner_weights(first), corner_weights(second));
+                add(from_fn(|k| from[k] * (R::one() - place) + to[k] * place));
+            }
         }
     }
     let (weights, distance_sq) = nearest;
-    distance_sq.is_finite().then_some(from_fn(|k| weights.get(k).copied().unwrap_or(R::zero())))
+    distance_sq.is_finite().then_some(weights)
 }
 
 /// The way to a point from the nearest point of an axis.
@@ -118,7 +114,7 @@ fn crossing<R: Float>([a, b, c]: [Vector3<R>; 3], [start, end]: [Vector3<R>; 2])
 /// normal to that, twice, as the first answer is off by rounding over the triangle's width. `None` in a sliver.
 fn weights_in_plane<R: Float>([a, b, c]: [Vector3<R>; 3]) -> Option<[R; 3]> {
     let (u, v) = (b - a, c - a);
-    let inverse = R::one() / Real::max(largest(u), largest(v));
+    let inverse = R::one() / Real::max(largest_component(u), largest_component(v));
     let (a, u, v) = (a * inverse, u * inverse, v * inverse);
     let (uu, vv) = (norm_squared(u), norm_squared(v));
     let along = u.dot(&v) / uu;
@@ -131,7 +127,7 @@ fn weights_in_plane<R: Float>([a, b, c]: [Vector3<R>; 3]) -> Option<[R; 3]> {
         let of_across = (point - u * of_u).dot(&across) / across_sq;
         (s, t) = (s - of_u + of_across * along, t - of_across);
     }
-    // False where a length is no number.
+    // False where a length is NaN.
     let is_wide = vv * R::from_f64((MIN_SINE * R::EPSILON) * (MIN_SINE * R::EPSILON)) < across_sq;
     (is_wide && s.is_finite() && t.is_finite()).then_some([R::one() - s - t, s, t])
 }
@@ -140,7 +136,8 @@ fn weights_in_plane<R: Float>([a, b, c]: [Vector3<R>; 3]) -> Option<[R; 3]> {
 /// the axis that is nearest to that (Ericson 2005, §5.1.9).
 fn place_nearest_to_axis<R: Float>([from, to]: [Vector3<R>; 2], [start, end]: [Vector3<R>; 2]) -> R {
     let (along, axis, between) = (to - from, end - start, from - start);
-    let inverse = R::one() / Real::max(largest(along), Real::max(largest(axis), largest(between)));
+    let inverse =
+        R::one() / Real::max(largest_component(along), Real::max(largest_component(axis), largest_component(between)));
     let (along, axis, between) = (along * inverse, axis * inverse, between * inverse);
     let (aa, ax, xx) = (norm_squared(along), along.dot(&axis), norm_squared(axis));
     let (ab, xb) = (along.dot(&between), axis.dot(&between));
@@ -151,12 +148,8 @@ fn place_nearest_to_axis<R: Float>([from, to]: [Vector3<R>; 2], [start, end]: [V
     within_segment(on_axis * ax - ab, aa)
 }
 
-/// numerator / denominator, in 0 to 1; 0 where the quotient is no number.
+/// numerator / denominator, clamped to 0 to 1; 0 where the quotient is NaN or infinite.
 fn within_segment<R: Float>(numerator: R, denominator: R) -> R {
     let place = numerator / denominator;
     if place.is_finite() { Real::clamp(place, R::zero(), R::one()) } else { R::zero() }
-}
-
-fn largest<R: Float>(vector: Vector3<R>) -> R {
-    vector.iter().fold(R::zero(), |largest, x| Real::max(largest, x.abs()))
 }

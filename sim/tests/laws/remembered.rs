@@ -50,7 +50,7 @@ fn a_plane_out_of_reach_does_not_hide_a_corner_that_comes_into_it() {
     }
 }
 
-/// It fails by a method that does not search faces, or within a margin that is no number.
+/// A search fails by a method that does not search faces, or within an infinite margin.
 #[test]
 fn a_search_that_fails_is_not_remembered() {
     let query = Query { thickness: 0.1, struck_vertices: false, ..Query::default() };

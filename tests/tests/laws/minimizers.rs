@@ -6,6 +6,7 @@
 mod bounds;
 mod budgets;
 mod certified;
+mod known_minima;
 mod lanes;
 mod newton;
 mod point_sampling;
