@@ -39,7 +39,7 @@ enum Array {
 }
 
 impl GpuField {
-    /// Copies a field to the card: a dense grid, a sparse one of `f32` or `u16`, or a union of spheres, boxes, capsules, cylinders,
+    /// Copies a field to the card: a grid, or a union of spheres, boxes, capsules, cylinders,
     /// cones and tori, each as it stands or placed.
     pub fn new(gpu: &Gpu, field: &AnyField) -> Result<Self, GpuError> {
         match field {
@@ -79,7 +79,13 @@ impl GpuField {
                 upload.bricks(&mut params, sparse)?;
                 "sparse_u16"
             }
-            OwnedStorage::DenseU8(_) | OwnedStorage::SparseU8(_) => return Err(GpuError::Unsupported("a grid of u8")),
+            OwnedStorage::DenseU8(sparse) | OwnedStorage::SparseU8(sparse) => {
+                // A sample is base + step · code, whatever the code's width.
+                let codes: Vec<u16> = sparse.bricks().samples.iter().copied().map(u16::from).collect();
+                params.samples = upload.list(&codes, Array::U16)?;
+                upload.bricks(&mut params, sparse)?;
+                "sparse_u16"
+            }
         };
         let stream = &gpu.stream;
         let (params, mut blob) = (stream.clone_htod(&[params])?, stream.alloc_zeros::<FieldBlob>(1)?);

@@ -277,6 +277,9 @@ def cases(program, device):
     # The spline of most of its contacts reaches beyond the lattice.
     tight = bake("tight", "--res", 24, "--layout", "dense", padding=1)
     yield Case("tight", tight, soup, margin=0.9 * tight.sdf["spacing"])
+    for precision in "u16", "u8":
+        yield Case(f"dense {precision}", bake(f"dense-{precision}", "--res", 96, "--layout", "dense", "--precision", precision), cloth)
+    yield Case("sparse u8", bake("sparse-u8", "--res", 96, "--layout", "sparse", "--precision", "u8"), cloth, margin=0.02)
     cropped = BakedGrid(program, device, crop(program, dense, folder / "cropped.sdf.h5"))
     yield Case("cropped", cropped, soup, margin=0.1, needs=host.OUTSIDE_GRID)
     yield Case("cropped, vertices", cropped, soup_vertices, "vertices", margin=0.1, pose=pose, needs=host.OUTSIDE_GRID)

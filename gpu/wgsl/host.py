@@ -68,12 +68,23 @@ class Grid:
     def __init__(self, device, sdf, grid):
         self.sdf, self.layout = sdf, sdf["layout"]
         if self.layout == "dense":
-            self.buffers = [device.buffer(grid["distance"])]
+            self.buffers = [device.buffer(dense_samples(sdf, grid))]
             return
-        if sdf["precision"] != "u16":
-            raise ValueError(f"precision {sdf['precision']}: grid_sparse.wgsl reads u16")
+        if sdf["precision"] == "f32":
+            raise ValueError("precision f32: grid_sparse.wgsl reads codes, of u16 or u8")
         arrays = grid["codes"].astype("<u2"), grid["table"].astype("<u4"), grid["scales"], grid["coarse"]
         self.buffers = [device.buffer(array) for array in arrays]
+
+
+def dense_samples(sdf, grid):
+    """The samples [z, y, x] of a dense grid as f32: those of u16 and u8 are coded by bricks."""
+    if "precision" not in sdf:
+        return grid["distance"]
+    bricks = grid["table"]
+    base, step = grid["scales"].astype("<f4")[bricks].reshape(*bricks.shape, 1, 1, 1, 2).transpose(6, 0, 3, 1, 4, 2, 5)
+    nodes = base + step * grid["codes"][bricks].astype("<f4").transpose(0, 3, 1, 4, 2, 5)
+    x, y, z = sdf["counts"]
+    return nodes.reshape([8 * n for n in bricks.shape])[:z, :y, :x]
 
 
 class Mesh:

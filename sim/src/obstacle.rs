@@ -45,6 +45,11 @@ pub trait Obstacle: Sync {
         false
     }
 
+    /// How fast it turns, in radians per unit of time. For [`Contacts::shortfall`](crate::Contacts::shortfall).
+    fn angular_speed(&self) -> f64 {
+        0.0
+    }
+
     /// The field, and a frame in which it stands still: there a [`Memory`](crate::Memory) holds from frame to frame, and rigid surfaces
     /// are searched. `None` of a field that changes.
     fn still(&self) -> Option<(&Field, Isometry3<f64>)> {
@@ -155,6 +160,10 @@ impl Obstacle for Carried<'_> {
 
     fn is_body(&self) -> bool {
         true
+    }
+
+    fn angular_speed(&self) -> f64 {
+        self.body.angular_velocity().norm()
     }
 
     fn radius_of_curvature(&self, row: &Row<f64>) -> f64 {

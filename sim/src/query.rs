@@ -1,10 +1,10 @@
 //! From a surface and an obstacle to rows: which elements are asked, by which method, within which margin, and what is kept.
 
 mod elements;
+mod few;
 mod rigid;
 
-use sdf_core::Aabb;
-use sdf_core::contact::{Contact, Feature, FeatureOwners, Reduction, Row, one_per_feature};
+use sdf_core::contact::{Contact, Feature, FeatureOwners, Row, one_per_feature};
 use sdf_core::nalgebra::Isometry3;
 use sdf_field::{ContactOptions, Field, MeshInMotion, MeshView, Method, QueryError, Threads};
 
@@ -49,7 +49,7 @@ pub struct Query {
     pub hold: f64,
     /// Way of a contact's point within which its plane is kept where the element is searched anew: see [`Memory`].
     pub keep: f64,
-    /// Most contacts of a rigid body with each obstacle, those that hold it best ([`Reduction`]); `None` for all.
+    /// Most contacts of a rigid body with each obstacle, those that hold it best ([`Reduction`](sdf_core::contact::Reduction)); `None` for all.
     pub reduce: Option<usize>,
     /// Do contacts of a body's skin with a body push against the sides of both? Else along the field's normal, which leans out where two
     /// bodies stand flush. The skin is closed, its faces counterclockwise from outside.
@@ -232,8 +232,10 @@ impl Query {
             oppose(&mut found, surface, at, &mut contacts.buried);
         }
         guide(&mut found);
-        if let Some(count) = self.reduce.filter(|_| is_rigid) {
-            self.keep_few(count, reach_of_contacts(&found, surface, world, motion), &mut found, contacts);
+        if let (Some(count), Carrier::Body { id, .. }) = (self.reduce, &surface.carrier) {
+            let points = found.iter().map(|contact| contact.point.into());
+            let reach = few::reach(points, &world.bodies[*id as usize], obstacle.angular_speed(), motion);
+            self.keep_few(count, reach, &mut found, contacts);
         }
         let is_sheet = !surface.faces.is_empty() && !is_rigid;
         let normals = is_sheet.then(|| SheetNormals::new(surface, &points));
@@ -254,18 +256,6 @@ impl Query {
             }
         }
         Ok(())
-    }
-
-    /// Keeps the contacts that hold a body best while it moves as far as `reach`, and comes free.
-    fn keep_few(&self, count: usize, reach: f64, found: &mut Vec<Contact<f64>>, contacts: &mut Contacts) {
-        let depth = found.iter().map(|contact| self.thickness - contact.distance).fold(0.0, f64::max);
-        let reduction = Reduction { count, movement: reach + depth, thickness: self.thickness };
-        let mut scratch = vec![0.0; found.len()];
-        // There is no reduction where nothing moves and nothing is deep: then all are kept.
-        if let Some(reduced) = reduction.apply(found, &mut scratch) {
-            found.truncate(reduced.count);
-            contacts.shortfall = contacts.shortfall.max(reduced.shortfall);
-        }
     }
 
     /// Elements that move against each other: each is searched unless its own memory tells enough.
@@ -374,17 +364,4 @@ impl Query {
     fn options(&self, elements: sdf_field::Elements, margin: f64) -> ContactOptions {
         ContactOptions { elements, method: self.method, margin, threads: self.threads, ..ContactOptions::default() }
     }
-}
-
-/// How far a rigid body moves until contacts are found again, as [`Reduction::movement`] has it: about the box around them, which may lie
-/// beside the body's center.
-fn reach_of_contacts(found: &[Contact<f64>], surface: &Surface, world: &World, motion: &Motion) -> f64 {
-    let bounds = Aabb::from_points(found.iter().map(|contact| contact.point.into()));
-    let (&Carrier::Body { id, .. }, Some(bounds)) = (&surface.carrier, bounds) else {
-        return motion.reach(surface.max_speed(world));
-    };
-    let body = &world.bodies[id as usize];
-    let center = (V3::from(bounds.min) + V3::from(bounds.max)) * 0.5;
-    let arm = (center - body.position).norm() + 0.5 * bounds.diagonal();
-    motion.reach(body.velocity.norm() + body.angular_velocity().norm() * arm)
 }

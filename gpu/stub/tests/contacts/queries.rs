@@ -91,6 +91,22 @@ fn contacts_are_those_of_the_core_bit_for_bit() {
 }
 
 #[test]
+fn grids_of_other_codes_are_searched_as_sparse_ones_of_u16() {
+    with_stub("queries::grids_of_other_codes_are_searched_as_sparse_ones_of_u16", &[], |folder| {
+        let gpu = gpu(folder);
+        for name in ["sparse_u8", "dense_u16", "dense_u8"] {
+            let scene = scene(name);
+            for method in [Method::FrankWolfe, Method::Certified] {
+                let options = QueryOptions { method, ..QueryOptions::default() };
+                let found = query(&gpu, &scene, "faces", options).unwrap().contacts().unwrap();
+                let (contacts, _) = expected(&scene, "faces", method, Stages::Separate);
+                assert_equal(&found.contacts, &contacts, &format!("{name} {method:?}"));
+            }
+        }
+    });
+}
+
+#[test]
 fn a_pose_moves_the_field_and_what_is_on_the_card_stays() {
     with_stub("queries::a_pose_moves_the_field_and_what_is_on_the_card_stays", &[], |folder| {
         let gpu = gpu(folder);

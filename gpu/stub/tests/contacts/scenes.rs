@@ -11,7 +11,7 @@ use sdf_core::{AnyField, Simplex};
 use sdf_field::{BakeOptions, Field, GridSize, MeshView};
 use sdf_procedural::SpikedBall;
 
-/// A field by the name that kernels have for it.
+/// A field and a mesh about it.
 pub struct Scene {
     pub kind: &'static str,
     pub field: AnyField,
@@ -21,6 +21,7 @@ pub struct Scene {
     pub margin: f32,
 }
 
+/// Fields by the names that kernels have for them.
 pub fn scenes() -> Vec<Scene> {
     ["dense", "sparse_f32", "sparse_u16", "shapes"].map(scene).into()
 }
@@ -30,6 +31,9 @@ pub fn scene(kind: &'static str) -> Scene {
         "dense" => baked(Layout::Dense, None),
         "sparse_f32" => baked(Layout::Sparse, Some(Precision::F32)),
         "sparse_u16" => baked(Layout::Sparse, Some(Precision::U16)),
+        "sparse_u8" => baked(Layout::Sparse, Some(Precision::U8)),
+        "dense_u16" => baked(Layout::Dense, Some(Precision::U16)),
+        "dense_u8" => baked(Layout::Dense, Some(Precision::U8)),
         _ => shapes(),
     };
     let (points, faces) = triangles();
