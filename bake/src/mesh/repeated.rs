@@ -29,21 +29,17 @@ pub(super) fn without_needless(triangles: &[[u32; 3]], point_count: usize) -> Ve
     triangles.iter().zip(is_kept).filter(|(_, is_kept)| *is_kept).map(|(corners, _)| *corners).collect()
 }
 
-/// The first ones and the copies that are needed.
+/// The first ones and the copies that are needed. A copy inside of a face of many triangles is needed once those at its rim are.
 fn with_needed(triangles: &[[u32; 3]], is_first: &[bool]) -> Vec<bool> {
-    let mut edges: Vec<[u32; 2]> = triangles
-        .iter()
-        .zip(is_first)
-        .filter(|(_, is_first)| !**is_first)
-        .flat_map(|(corners, _)| directed(*corners))
-        .map(|(edge, _)| edge)
-        .collect();
+    let copies =
+        || triangles.iter().zip(0_u32..).zip(is_first).filter(|(_, is_first)| !**is_first).map(|(copy, _)| copy);
+    let mut edges: Vec<[u32; 2]> = copies().flat_map(|(corners, _)| directed(*corners)).map(|(edge, _)| edge).collect();
     if edges.is_empty() {
         return is_first.to_vec();
     }
     edges.sort_unstable();
     edges.dedup();
-    // By how much the triangles that use an edge one way are more than those that use it the other way: of all, and of the first ones.
+    // By how much the triangles that use an edge one way are more than those that use it the other way: of all, and of those that are kept.
     let mut excess = vec![[0_i64; 2]; edges.len()];
     for (corners, is_first) in triangles.iter().zip(is_first) {
         for (edge, way) in directed(*corners) {
@@ -53,12 +49,32 @@ fn with_needed(triangles: &[[u32; 3]], is_first: &[bool]) -> Vec<bool> {
             }
         }
     }
-    let excess_at = |edge: [u32; 2]| edges.binary_search(&edge).map_or([0; 2], |index| excess[index]);
-    let is_needed = |corners: [u32; 3]| {
-        let found = directed(corners).map(|(edge, _)| excess_at(edge));
-        found.iter().all(|[all, _]| *all == 0) && found.iter().any(|[_, first]| *first != 0)
-    };
-    triangles.iter().zip(is_first).map(|(corners, is_first)| *is_first || is_needed(*corners)).collect()
+    let at_edges =
+        |corners: [u32; 3]| directed(corners).map(|(edge, way)| (edges.partition_point(|other| *other < edge), way));
+    // For each edge, and each way along it, the copies that may close it.
+    let mut closing: Vec<[Vec<u32>; 2]> = vec![[vec![], vec![]]; edges.len()];
+    for (corners, copy) in copies() {
+        let at_edges = at_edges(*corners);
+        if at_edges.iter().all(|(edge, _)| excess[*edge][0] == 0) {
+            at_edges.iter().for_each(|(edge, way)| closing[*edge][usize::from(*way > 0)].push(copy));
+        }
+    }
+    let mut is_kept = is_first.to_vec();
+    let mut open: Vec<usize> = (0..edges.len()).filter(|edge| excess[*edge][1] != 0).collect();
+    while let Some(edge) = open.pop() {
+        let balance = excess[edge][1];
+        let Some(copy) = (balance != 0).then(|| closing[edge][usize::from(balance < 0)].pop()).flatten() else {
+            continue;
+        };
+        open.push(edge);
+        if !std::mem::replace(&mut is_kept[copy as usize], true) {
+            for (edge, way) in at_edges(triangles[copy as usize]) {
+                excess[edge][1] += way;
+                open.push(edge);
+            }
+        }
+    }
+    is_kept
 }
 
 /// The edges of a triangle, each with its lower index first, and 1 where the winding goes from that to the other, −1 where it comes back.

@@ -1,6 +1,7 @@
 //! Topology of a mesh, and an orientation of its triangles: does it bound one solid, and which side is out?
 //!
-//! 1. Doubled triangles, the same corners with opposite windings, are reduced to one if the rest closes without the other.
+//! 1. Doubled triangles, the same corners with opposite windings, are reduced to one where the rest closes without the other: each
+//!    connected group of them by itself.
 //! 2. Half-edges are sorted by their end points; those of one edge are counted to find boundary and non-manifold edges.
 //!    Collinear triangles take part where they join boundary edges (`stitches`).
 //! 3. Union-find over edges counts shells.
@@ -131,12 +132,7 @@ pub(crate) fn orient(mesh: &TriangleMesh) -> OrientedMesh {
     let mut half_edges = half_edges(mesh, &is_counted);
     let doubles = back_to_back(mesh, &half_edges);
     if !doubles.is_empty() {
-        doubles.iter().for_each(|[_, second]| is_counted[*second as usize] = false);
-        half_edges = self::half_edges(mesh, &is_counted);
-    }
-    if !doubles.is_empty() && half_edges.chunk_by(same_edge).any(|edge| edge.len() % 2 == 1) {
-        // A sheet with two sides, or a wall between two solids: both triangles count, and cancel.
-        doubles.iter().for_each(|[_, second]| is_counted[*second as usize] = true);
+        without_needless_doubles(&doubles, &half_edges, &mut is_counted);
         half_edges = self::half_edges(mesh, &is_counted);
     }
     is_counted.resize(mesh.triangles.len() + mesh.stitches.len(), false);
@@ -241,6 +237,32 @@ fn back_to_back(mesh: &TriangleMesh, half_edges: &[HalfEdge]) -> Vec<[u32; 2]> {
         pairs.extend(opposite.windows(2).filter(is_pair).map(|pair| [pair[0].1, pair[1].1]));
     }
     pairs
+}
+
+/// The second of two triangles back to back does not count, unless more edges close with both: of a sheet with two sides, or a wall between
+/// two solids, both count, and cancel. Those that are connected by edges are decided together.
+fn without_needless_doubles(doubles: &[[u32; 2]], half_edges: &[HalfEdge], is_counted: &mut [bool]) {
+    doubles.iter().for_each(|[_, second]| is_counted[*second as usize] = false);
+    let mut groups = UnionFind::new(is_counted.len());
+    let is_second = |half: &&HalfEdge| !is_counted[half.triangle as usize];
+    for edge in half_edges.chunk_by(same_edge) {
+        let mut seconds = edge.iter().filter(is_second);
+        if let Some(first) = seconds.next() {
+            seconds.for_each(|second| groups.join(first.triangle, second.triangle));
+        }
+    }
+    // Edges of each group that are open without its second triangles, less those that are with them.
+    let mut gains = vec![0_i64; is_counted.len()];
+    for edge in half_edges.chunk_by(same_edge) {
+        let seconds = edge.iter().filter(is_second).count();
+        if let Some(second) = edge.iter().find(is_second) {
+            let is_open = |count: usize| i64::from(count % 2 == 1);
+            gains[groups.root(second.triangle) as usize] += is_open(edge.len() - seconds) - is_open(edge.len());
+        }
+    }
+    for [_, second] in doubles {
+        is_counted[*second as usize] = gains[groups.root(*second) as usize] > 0;
+    }
 }
 
 /// Orients all triangles connected to `first` by edges of two triangles. A minority is turned: the triangles that are connected by edges

@@ -38,7 +38,7 @@ pub(super) fn boundary_loops(mesh: &TriangleMesh, oriented: &OrientedMesh) -> Bo
                 break;
             };
             if let Some(place) = place_in_path.get(&next).copied() {
-                let found = path.split_off(place);
+                let found: Vec<u32> = path.drain(place..).collect();
                 found.iter().for_each(|point| {
                     place_in_path.remove(point);
                 });

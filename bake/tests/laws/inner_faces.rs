@@ -151,6 +151,33 @@ fn blocks_on_one_base_have_the_distances_of_the_union_of_their_cells() {
     }
 }
 
+/// Blocks of unit squares, which share parts of their sides square by square: some wound alike, others back to back.
+#[test]
+fn blocks_that_share_squares_have_the_distances_of_the_union_of_their_cells() {
+    let mut random = Random::from_env();
+    let mut doubled = 0;
+    for round in 0..100 {
+        let blocks: Vec<Block> = (0..2 + random.below(3)).map(|_| random_block(&mut random)).collect();
+        let hull = |[low, high]: &Block| {
+            let along = |axis: usize| low[axis] as i32..high[axis] as i32;
+            let rows = along(0).flat_map(|x| along(1).map(move |y| (x, y)));
+            let voxels: Vec<[i32; 3]> = rows.flat_map(|(x, y)| along(2).map(move |z| [x, y, z])).collect();
+            meshes::voxel_hull(&voxels)
+        };
+        let mesh = blocks.iter().map(hull).fold(Mesh::default(), Mesh::and).baked();
+        let inner = mesh.clone().without_inner_faces();
+        let (cells, distance) = (Cells::new(&blocks), MeshDistance::new(&inner, None));
+        doubled += MeshDistance::new(&mesh, None).topology().doubled;
+        assert!(distance.is_continuous(), "round {round}: {blocks:?}");
+        for _ in 0..60 {
+            let point = random.point_in_box([-2.0; 3], [f64::from(CELLS) + 2.0; 3]);
+            let (exact, found) = (cells.signed_distance(point), distance.signed_distance(point.into()));
+            assert!((found - exact).abs() < 1e-12, "round {round}: {found} for {exact} at {point:?} of {blocks:?}");
+        }
+    }
+    assert!(doubled > 100, "{doubled}");
+}
+
 #[test]
 fn two_crossing_cubes_are_one_solid() {
     let mesh = meshes::cube().and(meshes::cube().moved(1.0, 0.5, 0.25)).baked().without_inner_faces();

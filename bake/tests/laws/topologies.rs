@@ -135,9 +135,21 @@ fn faces_doubled_back_to_back_are_counted() {
         one,
         "pseudo-normal: closed, one shell (1 face doubled back to back: put right)",
     );
-    let wall = cube.clone().and(cube.moved(2.0, 0.0, 0.0));
+    let wall = cube.clone().and(cube.clone().moved(2.0, 0.0, 0.0));
     let wanted = Topology { doubled: 2, non_manifold_edges: 5, ..CLOSED_SHELL };
     assert_verdict(&wall, wanted, "winding: 5 non-manifold edges, 2 faces doubled back to back");
+    // Apart from each other, one is put right as if it were alone, and the other closes.
+    let cube_and_wall = cube.clone().with_triangle([c, b, a]).and(wall.moved(0.0, 9.0, 0.0));
+    let wanted = Topology { doubled: 3, non_manifold_edges: 5, shells: 2, ..CLOSED_SHELL };
+    assert_verdict(&cube_and_wall, wanted, "winding: 5 non-manifold edges, 3 faces doubled back to back, 2 shells");
+    assert!(MeshDistance::new(&cube_and_wall.baked(), None).is_continuous());
+    // Beside a hole, too.
+    let open = cube.clone().with_triangle([c, b, a]).without(&[11]);
+    assert_verdict(
+        &open,
+        Topology { doubled: 1, boundary_edges: 3, ..CLOSED_SHELL },
+        "winding: 3 boundary edges, 1 face doubled back to back",
+    );
     let two_sided = meshes::sheet(2).and(meshes::sheet(2).flipped());
     let wanted = Topology { doubled: 8, non_manifold_edges: 8, ..CLOSED_SHELL };
     assert_verdict(&two_sided, wanted, "winding: 8 non-manifold edges, 8 faces doubled back to back");

@@ -54,3 +54,23 @@ fn a_limit_of_addresses_counts_as_memory() {
         says(&folder.refuses(&mut command, words), &["bytes", "free"]);
     }
 }
+
+/// Each has a boundary of its own: their memory is in proportion to the file.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_mesh_of_many_separate_triangles_takes_little_memory() {
+    let folder = Folder::new();
+    let count = 20_000;
+    let place = |triangle: usize| [triangle % 27, triangle / 27 % 27, triangle / 729];
+    let corner = |triangle: usize, (dx, dy): (f64, f64)| {
+        let [x, y, z] = place(triangle).map(|cell| cell as f64);
+        format!("v {} {} {z}\n", x + dx, y + dy)
+    };
+    let corners = [(0.0, 0.0), (0.5, 0.0), (0.0, 0.5)];
+    let points: String = (0..count).flat_map(|triangle| corners.map(|offset| corner(triangle, offset))).collect();
+    let faces: String =
+        (0..count).map(|face| format!("f {} {} {}\n", 3 * face + 1, 3 * face + 2, 3 * face + 3)).collect();
+    folder.write("leaves.obj", points + &faces);
+    let script = format!("ulimit -v 400000; exec {} bake leaves.obj --res 24 --threads 1", crate::folder::SDFTOOL);
+    assert_cmd::Command::new("sh").args(["-c", &script]).current_dir(folder.path()).assert().success();
+}

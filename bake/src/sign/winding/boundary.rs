@@ -204,12 +204,13 @@ struct Item {
 /// With each loop comes whether it is closed.
 fn groups(loops: &[(Vec<[Vector3<f64>; 2]>, bool)]) -> Vec<(Vec<Item>, Part)> {
     let mut groups = vec![];
-    let mut add = |mut items: Vec<Item>, area: Option<f64>| {
-        while !items.is_empty() {
-            let rest = items.split_off(items.len().min(LANES));
+    let mut add = |items: Vec<Item>, area: Option<f64>| {
+        let mut rest = items.into_iter().peekable();
+        while rest.peek().is_some() {
+            // Lists of their own: `split_off` would leave each the room of all that come after it.
+            let items: Vec<Item> = rest.by_ref().take(LANES).collect();
             let merged = Part::merged(&items);
             groups.push((items, Part { area: area.unwrap_or(merged.area), ..merged }));
-            items = rest;
         }
     };
     let item =

@@ -35,7 +35,7 @@ pub(super) fn loops(point_count: usize, edges: impl Iterator<Item = ([u32; 2], f
             path.push([at as u32, to]);
             at = to as usize;
             if place[at] < path.len() {
-                let closed = path.split_off(place[at]);
+                let closed: Vec<_> = path.drain(place[at]..).collect();
                 closed.iter().for_each(|[from, _]| place[*from as usize] = usize::MAX);
                 loops.push(closed);
             }
