@@ -237,51 +237,30 @@ impl Certified {
         let mut search = match (exact, on_edges) {
             (Some(exact), _) => BranchAndBound::from_exact(field, simplex, &exact, budget),
             (None, Some(on_edges)) => BranchAndBound::from_edges(field, simplex, on_edges, budget),
-            (None, None) => BranchAndBound::from_local(field, simplex, &self.local, budget),
+            (None, None) => BranchAndBound::from_local(field, simplex, self, budget),
         };
         let Slack { gap, rounding } = self.slack(field, simplex, simplex.longest_edge(), search.best.value);
         if let Some(on_edges) = on_edges {
-            search.queue.fathom(Real::min(on_edges.value, search.best.value) - rounding);
+            search.fathom(Real::min(on_edges.value, search.best.value) - rounding);
         }
         let root = SimplexNode::root();
-        match exact {
-            Some(exact) => search.enqueue(SimplexNode { lower_bound: exact.lower_bound - rounding, ..root }, gap),
+        let root = match exact {
+            Some(exact) => search.open(SimplexNode { lower_bound: exact.lower_bound - rounding, ..root }, gap),
             None => search.bound_node(root, search.best.weights, gap),
-        }
-        let needs_descent = on_edges.is_some() && search.queue.count() > 0;
-        let mut is_spent = needs_descent && !search.descend(&self.local, &SubSimplex::whole());
-        let mut converged = true;
-        while !is_spent && let Some(node) = search.next_node() {
-            if search.best.value - gap <= node.lower_bound {
-                search.queue.fathom(node.lower_bound);
-                continue;
+        };
+        let converged = match root {
+            // Not of a NaN.
+            None => search.best.value - gap <= R::from_f64(f64::INFINITY),
+            Some(root) if on_edges.is_some() && !search.descend(self, &SubSimplex::whole()) => {
+                search.fathom(root.lower_bound);
+                false
             }
-            if level < Real::min(node.lower_bound, search.lower_bound()) {
-                search.queue.fathom(node.lower_bound);
-                converged = false;
-                break;
-            }
-            let Some(halves) = node.part.bisect(simplex) else {
-                // The part is no larger than rounding, and so is the error of its bound, if it has one.
-                converged &= node.lower_bound.is_finite();
-                search.queue.fathom(node.lower_bound);
-                continue;
-            };
-            let depth = node.depth.saturating_add(1);
-            for part in halves {
-                if search.evaluations_left() > 0 {
-                    search.bound_node(SimplexNode { part, depth, ..node }, part.centroid(), gap);
-                } else {
-                    is_spent = true;
-                    search.queue.fathom(node.lower_bound);
-                }
-            }
-        }
-        converged &= !is_spent && search.best.value - gap <= search.queue.overflow_bound();
+            Some(root) => search.bisect(root, gap, level),
+        };
         // A search that was stopped is not polished: it might end lower than one that went on.
         if converged && search.needs_polish {
             let part = SubSimplex::shrunk(search.best.weights, R::from_f64(POLISH_FRACTION));
-            search.descend(&self.local, &part);
+            search.descend(self, &part);
         }
         search.finish(converged)
     }

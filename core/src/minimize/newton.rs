@@ -60,6 +60,19 @@ impl Default for Newton {
 
 impl<const N: usize> Minimizer<N> for Newton {
     fn minimize<R: Real, F: EnclosedSdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N> {
+        self.minimize_to_gap(field, simplex, R::from_f64(f64::NEG_INFINITY))
+    }
+}
+
+impl Newton {
+    /// [`minimize`](Minimizer::minimize) for who proves the minimum otherwise: it ends, too, after a step 1 that led lower, where another promises
+    /// no more than the tolerance and the tangent at x is nowhere below φ(x) − gap. The last steps, which tighten the planes, are saved.
+    pub(super) fn minimize_to_gap<R: Real, F: EnclosedSdf, const N: usize>(
+        &self,
+        field: &F,
+        simplex: &Simplex<R, N>,
+        gap: R,
+    ) -> Minimum<R, N> {
         let mut state = DescentState::new(field, simplex, corner_weights(0));
         let first = Tangent::new(simplex, &state.best);
         let mut corners = [first; N];
@@ -68,7 +81,7 @@ impl<const N: usize> Minimizer<N> for Newton {
         }
         let tolerance = reference_length(field, simplex.longest_edge())
             * (field.slope_bound_as::<R>() * R::from_f64(self.tolerance));
-        let mut model = Model::new(&corners, first);
+        let mut model = Model::new(&corners, first, gap);
         let (mut active, mut converged) = (!R::Mask::NONE, R::Mask::NONE);
         for _ in 0..self.iterations {
             let step = model.step(tolerance, active);
@@ -89,8 +102,11 @@ struct Model<R: Real, const N: usize> {
     bundle: CutBundle<R, N>,
     curvature: Curvature<R, N>,
     newton_failed: R::Mask,
+    newton_led_lower: R::Mask,
     /// t of the next gradient step.
     fraction: R,
+    /// See [`Newton::minimize_to_gap`].
+    gap: R,
 }
 
 struct Step<R: Real, const N: usize> {
@@ -109,10 +125,12 @@ struct StepKind<M> {
 }
 
 impl<R: Real, const N: usize> Model<R, N> {
-    fn new(corners: &[Tangent<R, N>; N], first: Tangent<R, N>) -> Self {
+    fn new(corners: &[Tangent<R, N>; N], first: Tangent<R, N>, gap: R) -> Self {
         let mut bundle = CutBundle::new(first);
         corners.iter().skip(1).for_each(|corner| bundle.add(*corner));
-        Self { bundle, curvature: Curvature::new(corners), newton_failed: R::Mask::NONE, fraction: R::from_f64(0.5) }
+        let (newton_failed, newton_led_lower) = (R::Mask::NONE, R::Mask::NONE);
+        let curvature = Curvature::new(corners);
+        Self { bundle, curvature, newton_failed, newton_led_lower, fraction: R::from_f64(0.5), gap }
     }
 
     fn step(&self, tolerance: R, active: R::Mask) -> Step<R, N> {
@@ -120,6 +138,10 @@ impl<R: Real, const N: usize> Model<R, N> {
         let descends_to = |value: R| tolerance.lt(best.value - value);
         let (corner, corner_value) = lowest_corner(best);
         let is_flat = !descends_to(corner_value);
+        if !(active & !is_flat).any() {
+            let kind = StepKind { is_newton: R::Mask::NONE, is_cut: R::Mask::NONE };
+            return Step { weights: best.weights, kind, is_converged: is_flat, is_exhausted: R::Mask::NONE };
+        }
 
         let (cuts, contradiction) = self.bundle.cuts();
         let newton = self.curvature.minimum(best);
@@ -127,7 +149,10 @@ impl<R: Real, const N: usize> Model<R, N> {
         let is_newton = descends_to(newton.value) & is_allowed & !self.bundle.contains(newton.weights);
 
         // A Newton step that the cuts allow needs no minimum of the cuts.
-        let needs_cuts = active & !is_flat & !is_newton;
+        let is_smooth_end =
+            self.newton_led_lower & !descends_to(newton.value) & (best.value - corner_value).le(self.gap);
+        let is_end = is_flat | is_smooth_end;
+        let needs_cuts = active & !is_end & !is_newton;
         let cut = if needs_cuts.any() { cuts.minimum() } else { Candidate::infinite() };
         let is_cut = !is_newton & descends_to(cut.value) & !self.bundle.contains(cut.weights);
         let gradient_step: [R; N] = from_fn(|k| best.weights[k] + (corner[k] - best.weights[k]) * self.fraction);
@@ -140,7 +165,7 @@ impl<R: Real, const N: usize> Model<R, N> {
                 R::select(is_newton, newton.weights[k], other)
             }),
             kind: StepKind { is_newton, is_cut },
-            is_converged: is_flat | (needs_cuts & is_minimum),
+            is_converged: is_end | (needs_cuts & is_minimum),
             is_exhausted: !(is_newton | is_cut | gradient_descends),
         }
     }
@@ -150,6 +175,7 @@ impl<R: Real, const N: usize> Model<R, N> {
         let best = self.bundle.best;
         let failed = !tangent.value.lt(best.value);
         self.newton_failed = kind.is_newton & failed;
+        self.newton_led_lower = kind.is_newton & !failed;
         let is_too_far = failed & !kind.is_newton & !kind.is_cut;
         self.fraction = R::select(is_too_far, self.fraction * R::from_f64(0.5), self.fraction);
         self.curvature.update(&best, &tangent);
