@@ -111,12 +111,6 @@ impl Contacts {
         &mut self.rows
     }
 
-    /// Forgets all contacts but the first ones, and their rows.
-    pub(crate) fn truncate(&mut self, count: usize) {
-        self.contacts.truncate(count);
-        self.rows.truncate(count);
-    }
-
     /// Adds a contact and its row.
     pub(crate) fn push(&mut self, contact: Contact<f64>, row: Row<f64>) {
         self.contacts.push(contact);

@@ -70,12 +70,6 @@ impl Rows {
         &self.rows
     }
 
-    /// Forgets all rows but the first ones.
-    pub(crate) fn truncate(&mut self, count: usize) {
-        self.rows.truncate(count);
-        self.roundings.truncate(count);
-    }
-
     /// Keeps the rows with these indices, in this order.
     pub(crate) fn pick(&mut self, indices: &[usize]) {
         self.rows = indices.iter().map(|index| self.rows[*index]).collect();

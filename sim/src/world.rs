@@ -242,6 +242,12 @@ impl World {
             + bodies.map(|body| body.velocity / body.inv_mass).sum::<V3>()
     }
 
+    /// Mass of everything that has one.
+    pub fn mass(&self) -> f64 {
+        let inverse = self.inv_mass.iter().copied().chain(self.bodies.iter().map(|body| body.inv_mass));
+        inverse.filter(|inv_mass| *inv_mass > 0.0).map(f64::recip).sum()
+    }
+
     /// Kinetic energy of everything that has a mass.
     pub fn kinetic_energy(&self) -> f64 {
         let particles = self.v.iter().zip(&self.inv_mass).filter(|(_, inv_mass)| **inv_mass > 0.0);

@@ -244,10 +244,14 @@ fn object(path: &Path, spec: &SceneSpec, method: &MethodWord, outcome: &Outcome)
     object
 }
 
+/// Figures that are whole numbers.
+const COUNTS: [&str; 3] = ["deep_faces", "beyond", "worse"];
+
 fn rows(spec: &SceneSpec, outcome: &Outcome) -> Vec<(&'static str, String)> {
     let figures = &outcome.worst;
     let missed = outcome.missed.iter().map(|(name, [value, limit])| match value.is_nan() {
         true => format!("{name}: not known"),
+        false if COUNTS.contains(name) => format!("{name}: {value} and not {limit}"),
         false => format!("{name}: {} and not {}", number(*value), number(*limit)),
     });
     let missed: Vec<String> = missed.collect();

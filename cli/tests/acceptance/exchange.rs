@@ -74,6 +74,13 @@ fn an_imported_grid_finds_the_same_contacts_and_says_that_nothing_is_certified()
     says(&folder.done("info theirs.sdf.h5"), &["unknown: the samples were imported", "ball.nvdb", "import"]);
     says(&folder.refused("contacts sheet.obj theirs.sdf.h5 --complete"), &["error"]);
 
+    // Its leaves end by a cell's diagonal at most: their other values would fall to the background from cell to cell.
+    folder.done("bake ball.obj --res 60 -o fine.sdf.h5");
+    folder.done("export fine.sdf.h5 --format nvdb");
+    folder.done("import fine.nvdb -o again.sdf.h5");
+    let slope = folder.json("info again.sdf.h5")["slope_bound"].as_f64().unwrap();
+    assert!(slope < 3.1, "{slope}");
+
     folder.done("export ball.sdf.h5 --format npy");
     let spacing = info["spacing"].as_f64().unwrap();
     folder.done(&format!("import ball.npy --spacing {spacing} --origin -1,-1,-1 -o array.sdf.h5"));

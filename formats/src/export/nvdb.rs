@@ -36,6 +36,9 @@ pub(crate) const MAGIC: [u8; 8] = *b"NanoVDB0";
 /// NanoVDB's number of the type `float`.
 pub(crate) const FLOAT: u32 = 1;
 
+/// NanoVDB's number of the class of level sets.
+pub(crate) const LEVEL_SET: u32 = 1;
+
 /// A NanoVDB file of one level set. Values are distances where |φ| < `band`, which should not exceed the grid's own. `None` if no
 /// node is within the band, or there are more leaves than can be numbered.
 pub fn nvdb(grid: &OwnedGrid, name: &str, band: f64) -> Option<Vec<u8>> {

@@ -1,11 +1,13 @@
 //! NanoVDB level sets of f32 (grid type float), versions 32.3 to 32.9, not packed. Every offset is checked before it is followed.
 //!
-//! The lattice spans all leaves. Nodes outside of them have the value of the tile that covers them, or the background.
+//! The lattice spans all leaves. Nodes outside of them have the value of the tile that covers them, or the background. Leaves of a level set
+//! may hold larger values, as ours do: they end a cell's diagonal beyond the background, so that cells in the band keep their values, and the
+//! field is not steep where the leaves end.
 
 use std::collections::HashSet;
 
 use super::{ImportError, Volume, refused, require_finite, room};
-use crate::export::nvdb::{FLOAT, MAGIC, size};
+use crate::export::nvdb::{FLOAT, LEVEL_SET, MAGIC, size};
 
 /// Magic numbers of a file; of later versions with a number of its own.
 const FILE_MAGICS: [&[u8; 8]; 2] = [&MAGIC, b"NanoVDB2"];
@@ -65,12 +67,18 @@ pub fn nvdb(bytes: &[u8], max_bytes: f64) -> Result<Volume, ImportError> {
             }
         }
     }
+    let most = match type_and_class[1] {
+        LEVEL_SET => background + (3_f64.sqrt() * spacing) as f32,
+        _ => f32::INFINITY,
+    };
     for (place, at) in &tree.leaves {
         let values = grid.part(at + 96, 4 * 512)?;
         let corner: [usize; 3] = std::array::from_fn(|axis| (place[axis] - first[axis]) as usize);
         for (index, value) in values.as_chunks::<4>().0.iter().enumerate() {
             let node = [corner[0] + (index >> 6), corner[1] + (index >> 3 & 7), corner[2] + (index & 7)];
-            samples[(node[2] * ny + node[1]) * nx + node[0]] = f32::from_le_bytes(*value);
+            let value = f32::from_le_bytes(*value);
+            let is_far = value.is_finite() && value.abs() > most;
+            samples[(node[2] * ny + node[1]) * nx + node[0]] = if is_far { most.copysign(value) } else { value };
         }
     }
     require_finite(&samples)?;

@@ -13,8 +13,8 @@ pub struct Figures {
     pub frames: u32,
     /// Is every coordinate finite, and within f32, which recordings hold? A run ends with the first frame that is not.
     pub finite: bool,
-    /// Faces, or edges of strings, deeper than a quarter of the thickness at the end, or at the worst frame where the scene asks for
-    /// every frame; by the certified search.
+    /// Faces, or edges of strings, deeper than a quarter of the thickness, and than what f32 tells apart there, at the end, or at the worst frame
+    /// where the scene asks for every frame; by the certified search.
     pub deep_faces: usize,
     /// Depth of the deepest of them; 0 if nothing is inside.
     pub deepest: f64,
@@ -29,10 +29,11 @@ pub struct Figures {
     pub turn: Option<f64>,
     /// Deep faces at the start, where the scene varies seeds.
     pub deep_at_start: usize,
-    /// Most that the energy exceeds the start, over the largest loss of energy.
+    /// Most that the energy exceeds the start, over the largest loss of energy, and not less than a hundredth of the work of gravity along
+    /// the size of what moves.
     pub energy_gain: f64,
     /// Change of momentum less what gravity, drag and fixed obstacles gave, over the sum of all |m v| at the start and of the lengths of
-    /// all that was given; `None` with pins.
+    /// all that was given; 0 where nothing but rounding moves; `None` with pins.
     pub momentum_error: Option<f64>,
     /// The first frame since which nothing is deep; `None` if something is at the end.
     pub recovered_frame: Option<u32>,
@@ -61,8 +62,12 @@ pub struct Seconds {
     pub solve: f64,
 }
 
-/// Rounding of energies, as a fraction of them: some million operations.
-const ENERGY_ROUNDING: f64 = 1e-9;
+/// Rounding of energies, and of momenta, as a fraction of them: some million operations.
+const ROUNDING: f64 = 1e-9;
+
+/// Share of the work of gravity along the size of what moves, below which no loss of energy counts as one: what rests rocks by as little as its
+/// contacts are known.
+const LEAST_FALL: f64 = 1e-2;
 
 impl Figures {
     /// Figures that are wanted and missed: name, value and limit. A value that is not known is missed, as NaN.
@@ -107,12 +112,19 @@ impl Figures {
         warnings
     }
 
-    /// Most that the energy exceeded the start, over the most that it fell, or without a loss, as in free flight, over the kinetic energy at
-    /// the start. Without either, any gain is 1 that is more than rounding.
-    pub(super) fn energy_gain([start, highest, lowest]: [f64; 3], kinetic_at_start: f64) -> f64 {
-        let (gain, scale) = (highest - start, (start - lowest).max(kinetic_at_start));
-        let rounding = ENERGY_ROUNDING * start.abs().max(highest.abs());
+    /// Most that the energy exceeded the start, over the most that it fell, or the kinetic energy at the start, as in free flight, or the least
+    /// fall that counts: the largest of these. Without any, a gain is 1 that is more than rounding. `work` is that of gravity along the size of
+    /// what moves.
+    pub(super) fn energy_gain([start, highest, lowest]: [f64; 3], kinetic_at_start: f64, work: f64) -> f64 {
+        let (gain, scale) = (highest - start, (start - lowest).max(kinetic_at_start).max(LEAST_FALL * work));
+        let rounding = ROUNDING * start.abs().max(highest.abs());
         if scale > rounding { gain / scale } else { f64::from(u8::from(gain > rounding)) }
+    }
+
+    /// The change of momentum over all that there was. `largest` is that of everything that goes its own size in a frame: what rounds.
+    pub(super) fn momentum_error(change: f64, all: f64, largest: f64) -> f64 {
+        let rounding = ROUNDING * largest;
+        if change <= rounding && all <= rounding { 0.0 } else { change / all.max(rounding) }
     }
 
     /// Counts deep faces, if there are more of them or a deeper one than before.
@@ -167,14 +179,25 @@ mod tests {
 
     #[test]
     fn energy_from_nothing_is_a_gain_of_one() {
-        for (energy, kinetic, gain) in [
-            ([5.0, 6.0, 1.0], 2.0, 0.25),
-            ([5.0, 6.0, 5.0], 2.0, 0.5),
-            ([5.0, 6.0, 5.0], 0.0, 1.0),
-            ([5.0, 5.0, 5.0], 0.0, 0.0),
-            ([5.0, 5.0 + 1e-12, 5.0], 1e-13, 0.0),
+        for (energy, kinetic, work, gain) in [
+            ([5.0, 6.0, 1.0], 2.0, 1.0, 0.25),
+            ([5.0, 6.0, 5.0], 2.0, 1.0, 0.5),
+            ([5.0, 6.0, 5.0], 0.0, 0.0, 1.0),
+            ([5.0, 5.0, 5.0], 0.0, 0.0, 0.0),
+            ([5.0, 5.0 + 1e-12, 5.0], 1e-13, 0.0, 0.0),
+            ([5.0, 5.25, 5.0], 0.0, 100.0, 0.25),
         ] {
-            assert_eq!(Figures::energy_gain(energy, kinetic), gain, "{energy:?}");
+            assert_eq!(Figures::energy_gain(energy, kinetic, work), gain, "{energy:?}");
+        }
+    }
+
+    #[test]
+    fn momentum_of_what_rests_is_rounding() {
+        for (change, all, error) in
+            [(1e-16, 0.0, 0.0), (1e-16, 1e-15, 0.0), (1.0, 4.0, 0.25), (1e-7, 0.0, 1e2), (1e-16, 1.0, 1e-16)]
+        {
+            let found = Figures::momentum_error(change, all, 1.0);
+            assert!((found - error).abs() <= 1e-12 * error, "{found} of {change} and {all}");
         }
     }
 }

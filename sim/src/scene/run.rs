@@ -1,12 +1,13 @@
 //! Runs a scene frame by frame, and measures it.
 
+mod deep;
+
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-use sdf_core::AnyField;
-use sdf_core::cage::CageMap;
 use sdf_core::combine::Shell;
+use sdf_core::{Aabb, AnyField};
 use sdf_field::{Field, Method, QueryError, Threads};
 
 use super::build::Stage;
@@ -19,7 +20,7 @@ use super::struck::Struck;
 use super::touching::Touching;
 use crate::caged::{CageAtRest, CageRoom, CagedBody};
 use crate::motion::Motion;
-use crate::obstacle::{Carried, Moving, Obstacle};
+use crate::obstacle::{Carried, Moving};
 use crate::query::{Contacts, Elements, Memory, Query};
 use crate::surface::{Carrier, Surface};
 use crate::world::Passes;
@@ -94,7 +95,7 @@ pub fn run(
 /// Contacts are kept until their element has moved by this share of the thickness.
 const HOLD: f64 = 0.05;
 
-/// Thickness of an obstacle that is taken as its surface.
+/// Thickness of an obstacle that is taken as its surface, and distance at which what has no thickness touches, over the size of what moves.
 const SURFACE: f64 = 1e-9;
 
 struct Run<'a> {
@@ -137,8 +138,9 @@ impl<'a> Run<'a> {
             ..Query::default()
         };
         let energy = stage.world.energy();
+        let surface = SURFACE * size_of(stage, &stage.world);
         let hull = |field: &Field| {
-            Shell::new(field.clone().into_any(), SURFACE).map(|shell| Field::new(AnyField::Shell(Box::new(shell))))
+            Shell::new(field.clone().into_any(), surface).map(|shell| Field::new(AnyField::Shell(Box::new(shell))))
         };
         let hulls = stage.obstacles.iter().filter(|_| method.surface_only).filter_map(hull).collect();
         Self {
@@ -146,7 +148,7 @@ impl<'a> Run<'a> {
             query,
             only_vertices: !method.faces,
             contacts: Contacts::default(),
-            touching: Touching::new((1.0 + HOLD) * spec.thickness + 1e-9),
+            touching: Touching::new((1.0 + HOLD) * spec.thickness + surface),
             memories: BTreeMap::new(),
             hulls,
             figures: Figures {
@@ -221,11 +223,11 @@ impl<'a> Run<'a> {
                     query.find_again(&obstacle, surface, world, &motion, memory, &mut self.contacts)?;
                     self.touching.add(index, number, &self.contacts.contacts[first..]);
                     let field = &fields[id as usize];
-                    self.separations.take([index, number], surfaces, world, field, &mut self.contacts, first);
+                    self.separations.look([index, number], surfaces, world, field, &mut self.contacts, first);
                 }
             }
         }
-        self.separations.push(surfaces, world, &mut self.contacts);
+        self.separations.replace(surfaces, world, &mut self.contacts);
         for (cage, rest) in &self.cages {
             let speed = cage.max_speed(world);
             let found = cage.with_obstacle(rest, world, &mut self.cage_room, |obstacle| {
@@ -292,46 +294,6 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// Faces that are deep, and how deep the deepest is, by the certified search.
-    fn deep(&self, stage: &Stage) -> Result<(usize, f64), QueryError> {
-        let Stage { world, surfaces, obstacles, animations, fields, time, .. } = stage;
-        let mut found = Contacts::default();
-        let moments: Vec<Field> = animations.iter().map(|shape| shape.at(*time)).collect();
-        let certified = |surface: &Surface| {
-            let elements = if surface.faces.is_empty() { Elements::EDGES } else { Elements::FACES };
-            Query {
-                elements,
-                method: Method::Certified,
-                one_per_feature: false,
-                thickness: 0.0,
-                reduce: None,
-                opposed: false,
-                ..self.query
-            }
-        };
-        for surface in surfaces {
-            let query = certified(surface);
-            for obstacle in obstacles.iter().chain(&moments) {
-                query.find(obstacle as &dyn Obstacle, surface, world, &Motion::NONE, &mut found)?;
-            }
-            for (id, field) in (0..).zip(fields).filter(|(id, _)| body_of(surface) != Some(*id)) {
-                let obstacle = Carried { field, id, body: &world.bodies[id as usize] };
-                query.find(&obstacle, surface, world, &Motion::NONE, &mut found)?;
-            }
-        }
-        for (cage, rest) in &self.cages {
-            let judged =
-                cage.with_map(CageMap::Exact).with_obstacle(rest, world, &mut CageRoom::default(), |obstacle| {
-                    surfaces.iter().filter(|surface| !is_skin(surface, cage)).try_for_each(|surface| {
-                        certified(surface).find(obstacle, surface, world, &Motion::NONE, &mut found)
-                    })
-                });
-            judged.transpose()?;
-        }
-        let depths = found.contacts.iter().map(|contact| -contact.distance);
-        Ok((depths.clone().filter(|depth| *depth > 0.25 * self.spec.thickness).count(), depths.fold(0.0, f64::max)))
-    }
-
     fn finish(mut self, stage: &Stage) -> Result<Figures, QueryError> {
         let world = &stage.world;
         if self.figures.finite {
@@ -346,12 +308,15 @@ impl<'a> Run<'a> {
         let drift = self.settled.iter().zip(&points).map(|(a, b)| distance_sq(a, b).sqrt()).fold(0.0, f64::max);
         figures.jitter = figures.turn.map(|_| self.spec.rate * (self.squares.0 / self.squares.1.max(1) as f64).sqrt());
         figures.drift = figures.turn.map(|_| drift);
-        figures.energy_gain = Figures::energy_gain(self.energy, self.start.kinetic_energy());
+        let (mass, size) = (world.mass(), size_of(stage, &self.start));
+        figures.energy_gain =
+            Figures::energy_gain(self.energy, self.start.kinetic_energy(), mass * world.gravity.norm() * size);
         // What holds a pin is not known.
         let has_pins = world.inv_mass.contains(&0.0);
         let change = world.momentum() - self.start.momentum() - world.outer.sum;
-        let scale = (self.start.momentum_scale() + world.outer.length).max(f64::MIN_POSITIVE);
-        figures.momentum_error = (!has_pins).then(|| change.norm() / scale);
+        let all = self.start.momentum_scale() + world.outer.length;
+        let largest = mass * size * self.spec.rate;
+        figures.momentum_error = (!has_pins).then(|| Figures::momentum_error(change.norm(), all, largest));
         if let Some(beyond) = self.spec.beyond {
             let is_beyond = |point: &&[f64; 3]| {
                 beyond.below.is_some_and(|z| point[2] < z)
@@ -374,6 +339,12 @@ fn elements(query: &Query, only_vertices: bool, surface: &Surface) -> Elements {
         return Elements::VERTICES;
     }
     Elements { faces: !strings, edges: strings, vertices: is_rigid && query.method != Method::Sampling(4) }
+}
+
+/// The longest diagonal of a surface's box.
+fn size_of(stage: &Stage, world: &World) -> f64 {
+    let diagonal = |surface: &Surface| Aabb::from_points(surface.points(world)).map_or(0.0, |bounds| bounds.diagonal());
+    stage.surfaces.iter().map(diagonal).fold(0.0, f64::max)
 }
 
 /// Is the surface embedded in the tetrahedra of the body?

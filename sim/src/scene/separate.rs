@@ -8,12 +8,18 @@
 //! way(n) = max over vertices of one of n · x − min over those of the other,    n: the direction where it is least
 //! ```
 //!
-//! That is the way until a plane across n is between the two, exact for convex bodies, and an upper bound for others. It is sought on 200
-//! directions and the axes of both, then downhill from the best. The row turns nothing, and parts the two at the recovery speed.
+//! That is the way until a plane across n is between the two, exact for convex bodies, and an upper bound for others. It is sought on 400
+//! directions, the axes of both and those across an axis of each, which have the least way of two boxes (Gottschalk, Lin and Manocha 1996),
+//! then downhill from the best few. The row turns nothing, and parts the two at the recovery speed.
+//!
+//! The two are taken in the order of their places, so that it does not matter which was named first.
 
+use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 
 use sdf_core::contact::{Contact, Row, RowSide};
+use sdf_core::nalgebra::UnitQuaternion;
 use sdf_field::{Field, Threads};
 
 use crate::query::Contacts;
@@ -24,21 +30,39 @@ use crate::{Body, V3, World};
 /// radius.
 const DEEP: f64 = 0.01;
 
-/// Directions over the sphere.
+/// Directions over the sphere, each with its opposite.
 const DIRECTIONS: u32 = 200;
 
-/// Rounds downhill from the best of them, each with a step that is half of the last or no smaller.
+/// From so many of the best of them it goes downhill.
+const STARTS: usize = 6;
+
+/// Sine of the angle between two axes below which nothing is across both.
+const LEAST_ANGLE: f64 = 1e-6;
+
+/// Rounds downhill, each with a step that is half of the last or no smaller.
 const ROUNDS: u32 = 40;
 
 /// Pairs that started deep inside of each other, by the numbers of their surfaces, the lower one first.
 #[derive(Debug, Default)]
 pub(super) struct Separations {
-    /// The direction in which the first one parts, and one of the pair's contacts.
-    pairs: BTreeMap<[usize; 2], (V3, Contact<f64>)>,
+    pairs: BTreeMap<[usize; 2], Parting>,
     /// Pairs that are deep in this frame.
     deep: BTreeSet<[usize; 2]>,
+    /// The contacts of each pair in this frame: either body's with the other.
+    looked_at: Vec<([usize; 2], Range<usize>)>,
     has_started: bool,
     thickness: f64,
+}
+
+/// How a pair parts.
+#[derive(Debug)]
+struct Parting {
+    /// The surfaces in the order of their places.
+    order: [usize; 2],
+    /// The direction in which the first one parts.
+    normal: V3,
+    /// One of the pair's contacts.
+    contact: Contact<f64>,
 }
 
 impl Separations {
@@ -46,8 +70,8 @@ impl Separations {
         Self { thickness, ..Self::default() }
     }
 
-    /// Looks at the contacts of surface `a` with the body `b` and its field, those from `first` on. Takes them away where the two part.
-    pub fn take(
+    /// Looks at the contacts of surface `a` with the body `b` and its field, those from `first` on.
+    pub fn look(
         &mut self,
         [a, b]: [usize; 2],
         surfaces: &[Surface],
@@ -66,20 +90,27 @@ impl Separations {
             let depth = (-contact.distance).max(-field.sample(&[center.into()], Threads::ONE)[0].value);
             if depth > self.thickness + DEEP * surfaces[a].radius().min(surfaces[b].radius()) {
                 self.deep.insert(pair);
-                let direction = || shortest(pair.map(|index| &surfaces[index]), world);
-                self.pairs.entry(pair).or_insert_with(|| (direction(), contact));
+                self.pairs.entry(pair).or_insert_with(|| {
+                    let order = if is_before(body, other) { [a, b] } else { [b, a] };
+                    Parting { order, normal: shortest(order.map(|index| &surfaces[index]), world), contact }
+                });
             }
         }
-        if self.pairs.contains_key(&pair) {
-            contacts.truncate(first);
-        }
+        self.looked_at.push((pair, first..contacts.contacts.len()));
     }
 
-    /// Adds the rows of a frame whose contacts have all been looked at.
-    pub fn push(&mut self, surfaces: &[Surface], world: &World, contacts: &mut Contacts) {
+    /// One row for each pair that parts, in place of its contacts, once those of the frame have all been looked at.
+    pub fn replace(&mut self, surfaces: &[Surface], world: &World, contacts: &mut Contacts) {
         self.has_started = true;
-        for (pair, (normal, contact)) in &self.pairs {
-            let both = pair.map(|index| &surfaces[index]);
+        let looked_at = std::mem::take(&mut self.looked_at);
+        if !self.pairs.is_empty() {
+            let of_pairs = looked_at.into_iter().filter(|(pair, _)| self.pairs.contains_key(pair));
+            let replaced: BTreeSet<usize> = of_pairs.flat_map(|(_, range)| range).collect();
+            let others: Vec<usize> = (0..contacts.contacts.len()).filter(|index| !replaced.contains(index)).collect();
+            contacts.pick(&others);
+        }
+        for Parting { order, normal, contact } in self.pairs.values() {
+            let both = order.map(|index| &surfaces[index]);
             let [Some((a, first)), Some((b, second))] = both.map(|surface| body_of(surface, world)) else { continue };
             let side = |body| RowSide::Body { body, arm: V3::zeros() };
             let contact =
@@ -116,33 +147,49 @@ fn way([first, second]: &[Vec<[f64; 3]>; 2], direction: &V3) -> f64 {
     second.iter().map(along).fold(f64::NEG_INFINITY, f64::max) - first.iter().map(along).fold(f64::INFINITY, f64::min)
 }
 
+/// Does the first body come before the second by its place, or where that is the same by its turn? Of two at one place either may.
+fn is_before(first: &Body, second: &Body) -> bool {
+    let place = |body: &Body| {
+        let turn = body.rotation.coords;
+        [body.position.x, body.position.y, body.position.z, turn.x, turn.y, turn.z, turn.w]
+    };
+    place(first)
+        .into_iter()
+        .zip(place(second))
+        .map(|(a, b)| a.total_cmp(&b))
+        .find(|order| order.is_ne())
+        .is_some_and(Ordering::is_lt)
+}
+
 /// The direction in which the first surface has to move least until it is beyond the second.
 fn shortest(surfaces: [&Surface; 2], world: &World) -> V3 {
     let points = surfaces.map(|surface| surface.points(world));
-    let axes = surfaces.iter().filter_map(|surface| body_of(surface, world));
-    let axes = axes.flat_map(|(_, body)| [V3::x(), V3::y(), V3::z()].map(|axis| body.rotation * axis));
-    let mut best = (f64::INFINITY, V3::z());
-    let mut look = |direction: V3| {
-        let found = way(&points, &direction);
-        let is_less = found < best.0;
-        if is_less {
-            best = (found, direction);
-        }
-        (is_less, best.1)
-    };
-    axes.flat_map(|axis| [axis, -axis]).chain((0..DIRECTIONS).map(on_sphere)).for_each(|direction| {
-        look(direction);
+    let axes = surfaces.map(|surface| {
+        let turn = body_of(surface, world).map_or_else(UnitQuaternion::identity, |(_, body)| body.rotation);
+        [V3::x(), V3::y(), V3::z()].map(|axis| turn * axis)
     });
+    let across = axes[0].iter().flat_map(|a| axes[1].iter().filter_map(|b| a.cross(b).try_normalize(LEAST_ANGLE)));
+    let all = axes.as_flattened().iter().copied().chain(across).chain((0..DIRECTIONS).map(on_sphere));
+    let mut starts: Vec<(f64, V3)> =
+        all.flat_map(|axis| [axis, -axis]).map(|axis| (way(&points, &axis), axis)).collect();
+    starts.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let ends = starts.into_iter().take(STARTS).map(|start| downhill(&points, start));
+    ends.reduce(|a, b| if b.0 < a.0 { b } else { a }).map_or_else(V3::z, |(_, direction)| direction)
+}
+
+fn downhill(points: &[Vec<[f64; 3]>; 2], mut best: (f64, V3)) -> (f64, V3) {
     let mut step = 0.1;
     for _ in 0..ROUNDS {
-        let at = look(V3::z()).1;
+        let (before, at) = best;
         let tangents = [at.cross(&V3::x()), at.cross(&V3::y()), at.cross(&V3::z())];
-        let sides = tangents.iter().flat_map(|tangent| [*tangent, -tangent]);
-        let is_less =
-            sides.map(|side| look((at + side * step).normalize()).0).fold(false, |any, is_less| any | is_less);
-        step *= if is_less { 1.0 } else { 0.5 };
+        for side in tangents.iter().flat_map(|tangent| [*tangent, -tangent]) {
+            let direction = (at + side * step).normalize();
+            let found = way(points, &direction);
+            best = if found < best.0 { (found, direction) } else { best };
+        }
+        step *= if best.0 < before { 1.0 } else { 0.5 };
     }
-    best.1
+    best
 }
 
 /// A direction of a spiral that covers the sphere evenly (Vogel 1979).

@@ -8,6 +8,7 @@ mod entangled;
 mod figures;
 mod messages;
 mod motion;
+mod parting;
 mod passing;
 mod recordings;
 mod recovery;

@@ -3,14 +3,13 @@
 use sdf_core::grid::Lattice;
 
 use super::tree::{Node, Tree};
-use super::{FLOAT, MAGIC, size};
+use super::{FLOAT, LEVEL_SET, MAGIC, size};
 
 /// 32.6.0: 11, 11 and 10 bits.
 const VERSION: u32 = 32 << 21 | 6 << 10;
 /// The grid has boxes (2), extremes (4), and nodes in breadth-first order (32).
 const GRID_FLAGS: u32 = 2 | 4 | 32;
 const HAS_BOX: u8 = 2;
-const LEVEL_SET: u32 = 1;
 /// All ones: no checksum was computed.
 const NO_CHECKSUM: u64 = u64::MAX;
 /// Longest name in a grid, with a NUL to follow.
