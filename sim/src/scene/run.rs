@@ -81,7 +81,14 @@ pub fn run(
     run.figures.deep_at_start = run.deep(stage)?.0.max(coinciding(stage, spec.thickness));
     if on_frame(0, stage).is_continue() {
         for frame in 1..=spec.frames {
-            run.frame(stage)?;
+            match run.frame(stage) {
+                // What is refused is one of its lengths: nothing that the scene says.
+                Err(_) if run.is_beyond_f32(stage) => {
+                    (run.figures.frames, run.figures.finite) = (frame, false);
+                    break;
+                }
+                ended => ended?,
+            }
             stage.time = f64::from(frame) / spec.rate;
             run.measure(stage, frame)?;
             if on_frame(frame, stage).is_break() || !run.figures.finite {
@@ -259,6 +266,13 @@ impl<'a> Run<'a> {
         }
         self.figures.seconds.solve += clock.elapsed().as_secs_f64();
         Ok(())
+    }
+
+    /// Does something go farther in a frame than f32 can tell?
+    fn is_beyond_f32(&self, stage: &Stage) -> bool {
+        let mut ways = stage.surfaces.iter().map(|surface| surface.max_speed(&stage.world) / self.spec.rate);
+        // NaN too.
+        !ways.all(|way| way < f64::from(f32::MAX))
     }
 
     fn measure(&mut self, stage: &Stage, frame: u32) -> Result<(), QueryError> {

@@ -163,6 +163,7 @@ fn what_stands_flush_without_thickness_is_not_deep_and_gains_no_energy() {
 #[test]
 fn a_run_that_leaves_f32_is_not_finite_and_is_warned_of() {
     let body = "[[rigid]]\nmesh.cuboid = { half = [0.1, 0.1, 0.1] }\n";
+    let floor = "[[obstacle]]\nshape = 'field = { shape = \"half_space\", normal = [0.0, 0.0, 1.0], offset = 0.0 }'\n";
     let sheet =
         "[[cloth]]\nmesh.sheet = { cells = [4, 4], size = [0.4, 0.4], height = 0.0, bend = 0.0, floor = 0.0 }\n";
     for (tables, is_finite) in [
@@ -170,6 +171,8 @@ fn a_run_that_leaves_f32_is_not_finite_and_is_warned_of() {
         (format!("{sheet}start.velocity = [1e100, 0.0, 0.0]\n"), false),
         (format!("gravity = [0.0, 0.0, -1e100]\n{sheet}{body}"), false),
         (format!("rate = 1e-100\n{body}"), false),
+        (format!("rate = 1e-300\n{body}start.translate = [0.0, 0.0, 1.0]\n{floor}"), false),
+        (format!("{body}start = {{ translate = [0.0, 0.0, 1.0], spin = [0.0, 0.0, 1e100] }}\n{floor}"), false),
         (format!("{body}start.velocity = [1e30, 0.0, 0.0]\n"), true),
     ] {
         let (figures, _) = measured(&format!("frames = 2\n{tables}"));

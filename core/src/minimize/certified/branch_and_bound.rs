@@ -192,7 +192,8 @@ impl<'a, R: Float, F: EnclosedSdf, const N: usize> BranchAndBound<'a, R, F, N> {
 
     /// Bisects the root and its parts until all are fathomed, every value is proven above the level, or the budget is spent. Whether
     /// the first of these is so.
-    #[inline(never)]
+    // Small processors have no stack for a frame of its own.
+    #[cfg_attr(any(feature = "std", target_arch = "nvptx64"), inline(never))]
     pub fn bisect(&mut self, root: SimplexNode<R, N>, gap: R, level: R) -> bool {
         let mut queue = Queue::new([SimplexNode::root(); MAX_NODES]);
         queue.push(root);
