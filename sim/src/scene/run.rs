@@ -270,7 +270,8 @@ impl<'a> Run<'a> {
 
     /// Does something go farther in a frame than f32 can tell?
     fn is_beyond_f32(&self, stage: &Stage) -> bool {
-        let mut ways = stage.surfaces.iter().map(|surface| surface.max_speed(&stage.world) / self.spec.rate);
+        let motion = Motion::of(&stage.world, 1.0 / self.spec.rate);
+        let mut ways = stage.surfaces.iter().map(|surface| motion.reach(surface.max_speed(&stage.world)));
         // NaN too.
         !ways.all(|way| way < f64::from(f32::MAX))
     }
