@@ -160,9 +160,8 @@ fn blocks_that_share_squares_have_the_distances_of_the_union_of_their_cells() {
         let blocks: Vec<Block> = (0..2 + random.below(3)).map(|_| random_block(&mut random)).collect();
         let hull = |[low, high]: &Block| {
             let along = |axis: usize| low[axis] as i32..high[axis] as i32;
-            let rows = along(0).flat_map(|x| along(1).map(move |y| (x, y)));
-            let voxels: Vec<[i32; 3]> = rows.flat_map(|(x, y)| along(2).map(move |z| [x, y, z])).collect();
-            meshes::voxel_hull(&voxels)
+            let columns = along(0).flat_map(|x| along(1).map(move |y| (x, y)));
+            meshes::voxel_hull(&columns.flat_map(|(x, y)| along(2).map(move |z| [x, y, z])).collect::<Vec<_>>())
         };
         let mesh = blocks.iter().map(hull).fold(Mesh::default(), Mesh::and).baked();
         let inner = mesh.clone().without_inner_faces();

@@ -1,4 +1,4 @@
-//! What is inside of what it must stay out of?
+//! Which faces and edges are deeper than they may be?
 
 use sdf_core::cage::CageMap;
 use sdf_field::{Field, Method, QueryError};
