@@ -47,7 +47,8 @@ impl Field {
     /// A dense grid of the samples in the bytes of a file, negative inside. Its slope bound is measured. Nothing is known of its error:
     /// [`GridInfo::error_bound`] is infinite, and the sign method [`SignMethod::Given`].
     ///
-    /// Beyond the band of a level set values are its background, in its leaves a cell's diagonal more at most. [`GridInfo::padding`] is such that all margins up to it see distances:
+    /// Beyond the band of a level set values are its background, in its leaves a cell's diagonal more at most.
+    /// [`GridInfo::padding`] is such that all margins up to it see distances:
     /// the lowest sample on the faces of the box, and no more than the background.
     pub fn import(bytes: &[u8], format: ImportFormat, source: Source) -> Result<Self, ImportError> {
         let free = memory::free_bytes().unwrap_or(memory::ASSUMED_BYTES);

@@ -207,7 +207,7 @@ impl Query {
             }
             _ => self.find_soft(&pair, &points, world, motion, memory, contacts),
         };
-        // Elements count as searched from when they are asked for: a search that fails must not leave them so.
+        // An element counts as searched once it is asked for. A search that fails must not leave it so.
         let mut found = found.inspect_err(|_| *memory = Memory::default())?;
         if self.one_per_feature {
             let (mut minima, others): (Vec<_>, Vec<_>) = found.into_iter().partition(|contact| contact.rank == 0);

@@ -254,10 +254,11 @@ fn without_needless_doubles(doubles: &[[u32; 2]], half_edges: &[HalfEdge], is_co
     // Edges of each group that are open without its second triangles, less those that are with them.
     let mut gains = vec![0_i64; is_counted.len()];
     for edge in half_edges.chunk_by(same_edge) {
-        let seconds = edge.iter().filter(is_second).count();
-        if let Some(second) = edge.iter().find(is_second) {
+        let mut seconds = edge.iter().filter(is_second);
+        if let Some(first) = seconds.next() {
+            let without = edge.len() - 1 - seconds.count();
             let is_open = |count: usize| i64::from(count % 2 == 1);
-            gains[groups.root(second.triangle) as usize] += is_open(edge.len() - seconds) - is_open(edge.len());
+            gains[groups.root(first.triangle) as usize] += is_open(without) - is_open(edge.len());
         }
     }
     for [_, second] in doubles {
