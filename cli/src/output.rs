@@ -2,7 +2,7 @@
 
 use std::fs;
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use sdf_field::Field;
@@ -69,14 +69,35 @@ fn is_device(output: &Path, folder: &Path) -> bool {
 /// Refuses an output that cannot be written, before any work is done: in a missing folder, over something that is not a
 /// regular file, or over one of the inputs or a file that one of them names.
 pub fn ensure_writable(output: &Path, inputs: &[&Path]) -> Result<()> {
-    if is_standard_output(output) {
-        return Ok(());
-    }
-    let shown = output.display();
-    let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    ensure_all_writable(&[output], inputs)
+}
+
+/// [`ensure_writable`] of files in one folder, which is written to once.
+pub fn ensure_all_writable<P: AsRef<Path>>(outputs: &[P], inputs: &[&Path]) -> Result<()> {
+    let mut outputs = outputs.iter().map(AsRef::as_ref).filter(|output| !is_standard_output(output)).peekable();
+    let Some(first) = outputs.peek().copied() else { return Ok(()) };
+    let folder = first.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let shown = first.display();
     if !fs::metadata(folder).with_context(|| format!("{shown}: cannot write into {}", folder.display()))?.is_dir() {
         bail!("{shown}: {} is not a folder: give a path in a folder that exists", folder.display());
     }
+    let kept = kept_files(inputs);
+    for output in outputs {
+        ensure_replaceable(output, folder)?;
+        if output == first {
+            try_to_write(output).with_context(|| format!("{shown}: cannot be written"))?;
+        }
+        let Ok(replaced) = fs::canonicalize(output) else { continue };
+        if let Some((_, what)) = kept.iter().find(|(path, _)| *path == replaced) {
+            bail!("{}: would replace {what}: choose another name with -o", output.display());
+        }
+    }
+    Ok(())
+}
+
+/// Refuses what is there and not a regular file that may be written.
+fn ensure_replaceable(output: &Path, folder: &Path) -> Result<()> {
+    let shown = output.display();
     if is_device(output, folder) {
         bail!("{shown}: is not a regular file: give another name");
     }
@@ -86,18 +107,18 @@ pub fn ensure_writable(output: &Path, inputs: &[&Path]) -> Result<()> {
         Ok(there) if there.permissions().readonly() => {
             bail!("{shown}: is read-only: make it writable, or choose another name with -o")
         }
-        _ => {}
+        _ => Ok(()),
     }
-    try_to_write(output).with_context(|| format!("{shown}: cannot be written"))?;
-    let Ok(replaced) = fs::canonicalize(output) else { return Ok(()) };
-    let is_replaced = |input: &Path| fs::canonicalize(input).is_ok_and(|input| input == replaced);
+}
+
+/// The inputs and the files that they name, and what each is.
+fn kept_files(inputs: &[&Path]) -> Vec<(PathBuf, String)> {
+    let mut kept = vec![];
     for input in inputs {
-        if is_replaced(input) {
-            bail!("{shown}: would replace {}, which is an input: choose another name with -o", input.display());
-        }
-        if files_named_in(input).iter().any(|file| is_replaced(file)) {
-            bail!("{shown}: would replace a file that {} names: choose another name with -o", input.display());
-        }
+        let shown = input.display();
+        kept.extend(fs::canonicalize(input).map(|path| (path, format!("{shown}, which is an input"))));
+        let named = files_named_in(input).into_iter().filter_map(|file| fs::canonicalize(file).ok());
+        kept.extend(named.map(|path| (path, format!("a file that {shown} names"))));
     }
-    Ok(())
+    kept
 }

@@ -25,3 +25,21 @@ pub fn to_stdout(write: impl FnOnce(&mut BufWriter<io::StdoutLock>) -> io::Resul
 pub fn print_bytes(bytes: &[u8]) -> Result<()> {
     to_stdout(|out| out.write_all(bytes))
 }
+
+/// Prints of a command that goes on without them once one fails: the work is worth more than its lines.
+#[derive(Default)]
+pub struct Prints(Option<anyhow::Error>);
+
+impl Prints {
+    /// Prints unless a print has failed.
+    pub fn print(&mut self, print: impl FnOnce() -> Result<()>) {
+        if self.0.is_none() {
+            self.0 = print().err();
+        }
+    }
+
+    /// The error of the print that failed.
+    pub fn end(self) -> Result<()> {
+        self.0.map_or(Ok(()), Err)
+    }
+}

@@ -35,6 +35,9 @@ pub(crate) const PLANE_DISTANCE: f64 = 32.0;
 /// Directional derivative ∇φ·d over a cell. L: |∇φ| |d|.
 pub(crate) const DIRECTIONAL_DERIVATIVE: f64 = 1024.0;
 
+/// Determinant of the second derivatives along a triangle. L: (the sum of the mixed derivatives' magnitudes · |u| |v|)².
+pub(crate) const HESSIAN_DETERMINANT: f64 = 32.0;
+
 /// A vector that is projected into the plane of a triangle, by a normal whose direction is off by ε over the sine of an angle. L: the
 /// vector's length before, however little is left of it.
 pub(crate) const PROJECTED_VECTOR: f64 = 4096.0;

@@ -96,7 +96,7 @@ pub trait Sdf {
 
     /// φ and ∇φ at any point. The status is [`not_finite`](Status::not_finite), the value MAX_COORDINATE and the gradient
     /// zero where the point is not finite or exceeds [`Real::MAX_COORDINATE`], here or in a frame that the field is placed
-    /// in, and where stored samples are not finite.
+    /// in, and where stored samples are not finite. In a part of a combination the other part may hide that.
     fn sample<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         let [x, y, z] = [point.x, point.y, point.z].map(Real::is_representable);
         let is_representable = x & y & z;

@@ -157,8 +157,16 @@ pub fn is_field(path: &Path) -> bool {
     is_toml || (path.is_file() && start(path).is_ok_and(|start| start == SIGNATURE || is_blob(&start)))
 }
 
-/// Files that TOML names under a key `file`, as shapes do with grids, nested ones too. Empty for what is not TOML.
+/// Files that TOML names under a key `file`, as shapes do with grids, nested ones too, and those that TOML among them names. Empty for what
+/// is not TOML.
 pub fn files_named_in(path: &Path) -> Vec<PathBuf> {
+    let mut files = files_named_by(path);
+    let by_them: Vec<PathBuf> = files.iter().flat_map(|file| files_named_by(file)).collect();
+    files.extend(by_them);
+    files
+}
+
+fn files_named_by(path: &Path) -> Vec<PathBuf> {
     let is_short = fs::metadata(path).is_ok_and(|file| file.is_file() && file.len() <= MAX_TOML_BYTES);
     let is_toml = is_short && fs::File::open(path).is_ok_and(|file| begins_as_toml(BufReader::new(file)));
     let text = if is_toml { fs::read_to_string(path).unwrap_or_default() } else { String::new() };

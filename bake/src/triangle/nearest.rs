@@ -13,7 +13,8 @@
 //! | bc | d₃d₆ − d₅d₄ ≤ 0, d₄ ≥ d₃, d₅ ≥ d₆ | b + bc (d₄ − d₃) / (d₄ − d₃ + d₅ − d₆) |
 //! | inside | else | p − n (n·ap) / n·n, with n = ab × ac |
 //!
-//! The first that holds is taken. One kernel computes all of them and selects. A loop over points so runs in SIMD
+//! The first that holds is taken. An edge whose quotient would be 0 / 0 is left out: seen from the point it is shorter than rounding, and what
+//! it joins is as near. One kernel computes all of them and selects. A loop over points so runs in SIMD
 //! lanes, with the same bits as one point at a time.
 
 use sdf_core::nalgebra::Vector3;
@@ -119,10 +120,10 @@ impl NearestKernel {
         let region = Region {
             a: (d1 <= 0.0) & (d2 <= 0.0),
             b: (d3 >= 0.0) & (d4 <= d3),
-            ab: (d1 * d4 - d3 * d2 <= 0.0) & (d1 >= 0.0) & (d3 <= 0.0),
+            ab: (d1 * d4 - d3 * d2 <= 0.0) & (d1 >= 0.0) & (d3 <= 0.0) & (d1 > d3),
             c: (d6 >= 0.0) & (d5 <= d6),
-            ac: (d5 * d2 - d1 * d6 <= 0.0) & (d2 >= 0.0) & (d6 <= 0.0),
-            bc: (d3 * d6 - d5 * d4 <= 0.0) & (along_bc >= 0.0) & (along_cb >= 0.0),
+            ac: (d5 * d2 - d1 * d6 <= 0.0) & (d2 >= 0.0) & (d6 <= 0.0) & (d2 > d6),
+            bc: (d3 * d6 - d5 * d4 <= 0.0) & (along_bc >= 0.0) & (along_cb >= 0.0) & (along_bc + along_cb > 0.0),
         };
         let select = |ab: f64, ac: f64, bc: f64, inside: f64| {
             let chosen = if region.bc { bc } else { inside };

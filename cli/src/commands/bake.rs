@@ -63,7 +63,7 @@ pub fn bake_read(
 ) -> Result<Report<serde_json::Value>> {
     let read = started.elapsed().as_secs_f64();
     let MeshInput { mesh, facts: input } = input;
-    mesh.require_triangles(&args.mesh.display().to_string())?;
+    mesh.require_triangles(&mesh_input::shown(&args.mesh))?;
     let options = args.options(source(&input))?;
     if let Some(shard) = args.shard_of_bricks() {
         let mesh = checked(args, mesh, &options)?;

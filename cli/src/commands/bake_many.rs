@@ -23,7 +23,7 @@ use crate::commands::bake::{TOOL, bake_read};
 use crate::commands::export::named_after;
 use crate::failure::{FleetFailure, misuse, sentence};
 use crate::report::{complain, print_json};
-use crate::standard_output::to_stdout;
+use crate::standard_output::{Prints, to_stdout};
 use crate::{mesh_input, progress};
 
 /// Fate of a mesh.
@@ -54,8 +54,8 @@ pub fn run(args: &BakeArgs) -> Result<()> {
     let threads = args.threads.count.map_or_else(of_machine, usize::from);
     let jobs = usize::from(args.fleet.jobs).min(work.len()).min(threads).max(1);
     let next = AtomicUsize::new(0);
-    // Baked, kept, failed.
-    let counts = Mutex::new([0_usize; 3]);
+    // Baked, kept, failed; and the lines so far.
+    let told = Mutex::new(([0_usize; 3], Prints::default()));
     std::thread::scope(|scope| {
         let worker = || -> Result<()> {
             let pool = progress::pool((threads / jobs).max(1))?;
@@ -67,20 +67,24 @@ pub fn run(args: &BakeArgs) -> Result<()> {
                     Fate::Failed(_) => 2,
                 };
                 // Held while the line is printed, so that lines do not mix.
-                let mut counts = counts.lock().map_err(|_| anyhow!("a worker panicked"))?;
+                let mut told = told.lock().map_err(|_| anyhow!("a worker panicked"))?;
+                let (counts, prints) = &mut *told;
                 counts[index] += 1;
-                print(args, mesh, output, fate)?;
+                match fate {
+                    Fate::Failed(error) if !args.json.wanted => complain(&error),
+                    fate => prints.print(|| print(args, mesh, output, fate)),
+                }
             }
             Ok(())
         };
         let workers: Vec<_> = (0..jobs).map(|_| scope.spawn(worker)).collect();
         workers.into_iter().try_for_each(|worker| worker.join().map_err(|_| anyhow!("a worker panicked"))?)
     })?;
-    let [done, kept, failed] = counts.into_inner().unwrap_or_default();
+    let ([done, kept, failed], mut prints) = told.into_inner().map_err(|_| anyhow!("a worker panicked"))?;
     if !args.json.wanted {
-        to_stdout(|out| writeln!(out, "{done} baked, {kept} kept, {failed} failed"))?;
+        prints.print(|| to_stdout(|out| writeln!(out, "{done} baked, {kept} kept, {failed} failed")));
     }
-    if failed > 0 { Err(FleetFailure { failed, all: done + kept + failed }.into()) } else { Ok(()) }
+    if failed > 0 { Err(FleetFailure { failed, all: done + kept + failed }.into()) } else { prints.end() }
 }
 
 /// The meshes of the command line, then those of the list.
@@ -161,6 +165,7 @@ fn is_there(output: &Path, sha256: [u8; 32], options: &str) -> bool {
     })
 }
 
+/// Prints the fate of a mesh; of one that failed as JSON only.
 fn print(args: &BakeArgs, mesh: &Path, output: &Path, fate: Fate) -> Result<()> {
     let (shown, output) = (mesh.display().to_string(), output.display().to_string());
     if args.json.wanted {
@@ -182,9 +187,6 @@ fn print(args: &BakeArgs, mesh: &Path, output: &Path, fate: Fate) -> Result<()> 
             to_stdout(|out| writeln!(out, "{output}: {} bytes{warning}", document["file_bytes"]))
         }
         Fate::Kept => to_stdout(|out| writeln!(out, "{output}: kept")),
-        Fate::Failed(error) => {
-            complain(&error);
-            Ok(())
-        }
+        Fate::Failed(_) => Ok(()),
     }
 }

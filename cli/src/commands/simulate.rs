@@ -14,7 +14,7 @@ use crate::args::{MethodWord, SimulateArgs};
 use crate::failure::misuse;
 use crate::mesh_input::{is_standard_input, with_path};
 use crate::report::{Report, complain, number, print_json};
-use crate::standard_output::print_bytes;
+use crate::standard_output::{Prints, print_bytes};
 use crate::{failure, memory, output, progress, signals};
 
 pub fn run(args: &SimulateArgs) -> Result<()> {
@@ -142,7 +142,7 @@ impl Target {
         match form {
             Form::Folder => {
                 std::fs::create_dir_all(path).with_context(|| path.display().to_string())?;
-                record::files_of_folder(path)?.iter().try_for_each(|file| output::ensure_writable(file, &[scene]))?;
+                output::ensure_all_writable(&record::files_of_folder(path)?, &[scene])?;
             }
             _ => output::ensure_writable(path, &[scene])?,
         }
@@ -304,7 +304,7 @@ fn suite(args: &SimulateArgs) -> Result<()> {
         "# Scenes\n\n| scene | method | missed | deep faces | deepest | stretch | seconds |\n|---|---|---|---|---|---|---|\n",
     );
     let mut pictures = String::new();
-    let mut faults = vec![];
+    let (mut faults, mut prints) = (vec![], Prints::default());
     'scenes: for path in &scenes {
         let spec = match scene::read(path) {
             Ok(spec) => spec,
@@ -331,12 +331,12 @@ fn suite(args: &SimulateArgs) -> Result<()> {
             if signals::status().is_some() {
                 break 'scenes;
             }
-            if args.json.wanted {
-                print_json(&object(path, &spec, method, &outcome))?;
-            } else {
-                Report { rows: rows(&spec, &outcome), json: Value::Null }.print(args.json)?;
-                print_bytes(b"\n")?;
-            }
+            prints.print(|| match args.json.wanted {
+                true => print_json(&object(path, &spec, method, &outcome)),
+                false => Report { rows: rows(&spec, &outcome), json: Value::Null }
+                    .print(args.json)
+                    .and_then(|()| print_bytes(b"\n")),
+            });
             // A smaller scene is another one: what holds of the whole need not hold of it.
             let fault = fault(&spec, method, index == 0, &outcome).filter(|_| !args.small);
             faults.extend(fault.map(|fault| format!("{}: {fault}", name(path))));
@@ -363,7 +363,7 @@ fn suite(args: &SimulateArgs) -> Result<()> {
     }
     // Where a signal ended it, the status says that.
     match faults.is_empty() || signals::status().is_some() {
-        true => Ok(()),
+        true => prints.end(),
         false => bail!("scenes that are not as they say: {}", faults.join("; ")),
     }
 }

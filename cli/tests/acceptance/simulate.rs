@@ -1,5 +1,7 @@
 //! `simulate`: what it prints and writes, and how it refuses.
 
+use std::process::{Command, Stdio};
+
 use crate::folder::{Folder, SDFTOOL, says};
 use crate::meshes::Model;
 
@@ -239,6 +241,34 @@ fn a_scene_that_cannot_be_run_is_a_fault_of_it_and_the_others_are_run() {
 }
 
 #[test]
+fn all_scenes_of_a_suite_are_run_though_nobody_reads() {
+    let folder = folder();
+    std::fs::create_dir(folder.at("mine")).unwrap();
+    let scene = SCENE.replace("ball.sdf", "../ball.sdf");
+    ["a", "b"].iter().for_each(|name| folder.write(&format!("mine/{name}.toml"), &scene));
+    let mut command = Command::new(SDFTOOL);
+    command.args(["simulate", "mine", "--suite", "--small", "-o", "report"]).current_dir(folder.path());
+    let mut child = command.stdout(Stdio::piped()).spawn().unwrap();
+    drop(child.stdout.take());
+    assert!(child.wait().unwrap().success());
+    says(&String::from_utf8(folder.read("report/report.md")).unwrap(), &["| a | auto |", "| b | auto |"]);
+}
+
+#[test]
+fn a_grid_that_a_field_of_the_scene_names_is_not_replaced() {
+    let folder = folder();
+    folder.write("ball.obj", Model::ball([0.0; 3], 1.0, 2).obj());
+    folder.done("bake ball.obj --res 8 -o run.still.vtkhdf.sdf.h5");
+    std::fs::rename(folder.at("run.still.vtkhdf.sdf.h5"), folder.at("run.still.vtkhdf")).unwrap();
+    folder.write("grid.sdf.toml", "[field]\nshape = 'grid'\nfile = 'run.still.vtkhdf'\n");
+    folder.write("scene.toml", SCENE.replace("ball.sdf", "grid.sdf"));
+    says(
+        &folder.refused("simulate scene.toml -o run.vtkhdf"),
+        &["run.still.vtkhdf: would replace a file that scene.toml names"],
+    );
+}
+
+#[test]
 fn frames_that_are_asked_for_are_not_halved() {
     let folder = folder();
     assert_eq!(folder.json("simulate small.toml --small")["frames"], 4);
@@ -277,7 +307,7 @@ fn a_full_disk_is_told_with_the_frames_that_were_kept() {
     let (cloth, _) = SCENE.split_once("[[obstacle]]").unwrap();
     folder.write("small.toml", cloth.replace("frames = 8", "frames = 2000"));
     let script = format!("trap '' XFSZ; ulimit -f 200; exec {SDFTOOL} simulate small.toml -o run.vtkhdf");
-    let output = std::process::Command::new("sh").args(["-c", &script]).current_dir(folder.path()).output().unwrap();
+    let output = Command::new("sh").args(["-c", &script]).current_dir(folder.path()).output().unwrap();
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(1), "{said}");
     says(&said, &["sdftool: run.vtkhdf: the first 2 frames were kept, and no more: File too large"]);

@@ -1,6 +1,8 @@
 //! `-o -`: the file goes to standard output and the report to standard error, so that commands can be joined by pipes.
 
-use crate::folder::{Folder, says};
+use std::process::{Command, ExitStatus, Stdio};
+
+use crate::folder::{Folder, SDFTOOL, says};
 use crate::meshes::Model;
 
 fn scene() -> Folder {
@@ -99,6 +101,31 @@ fn a_dash_for_several_files_is_refused_and_a_folder_of_any_name_is_not() {
     assert!(folder.at("-x/contacts.png").is_file());
 }
 
+/// The exit status of a run whose standard output nobody reads.
+fn unread(folder: &Folder, words: &str) -> ExitStatus {
+    let mut command = Command::new(SDFTOOL);
+    command.args(words.split(' ')).current_dir(folder.path()).stderr(Stdio::null()).stdout(Stdio::piped());
+    let mut child = command.spawn().unwrap();
+    drop(child.stdout.take());
+    child.wait().unwrap()
+}
+
+#[test]
+fn work_and_verdict_do_not_depend_on_a_reader() {
+    let folder = scene();
+    for options in ["", " --json"] {
+        assert!(unread(&folder, &format!("info ball.sdf.h5{options}")).success());
+        assert!(unread(&folder, &format!("verify ball.sdf.h5 ball.obj --points 100{options}")).success());
+        let status = unread(&folder, &format!("verify ball.sdf.h5 other.obj --points 100{options}"));
+        assert_eq!(status.code(), Some(1), "verify{options}");
+        let words = format!("bake ball.obj missing.obj other.obj --res 8 --out-dir out --threads 1{options}");
+        assert_eq!(unread(&folder, &words).code(), Some(3), "bake{options}");
+        let out = ["out/ball.sdf.h5", "out/other.sdf.h5"];
+        assert!(out.iter().all(|name| folder.at(name).is_file()), "{:?}", folder.names());
+        std::fs::remove_dir_all(folder.at("out")).unwrap();
+    }
+}
+
 /// A shell opened the file, and what it and others write there must stay.
 #[cfg(target_os = "linux")]
 #[test]
@@ -111,9 +138,8 @@ fn a_device_that_stands_for_a_file_is_not_replaced() {
         ("export ball.sdf.h5 --format npy", "/dev/fd/1"),
         ("export ball.sdf.h5", "link.npy"),
     ] {
-        let script = format!("(echo before; {} {words} -o {name}; echo after) > all.bin", crate::folder::SDFTOOL);
-        let output =
-            std::process::Command::new("sh").args(["-c", &script]).current_dir(folder.path()).output().unwrap();
+        let script = format!("(echo before; {} {words} -o {name}; echo after) > all.bin", SDFTOOL);
+        let output = Command::new("sh").args(["-c", &script]).current_dir(folder.path()).output().unwrap();
         says(&String::from_utf8_lossy(&output.stderr), &[name, "is not a regular file"]);
         assert_eq!(folder.read("all.bin"), b"before\nafter\n", "{name}");
     }
@@ -126,8 +152,8 @@ fn a_full_standard_error_changes_no_status() {
     let folder = scene();
     folder.write("junk.obj", "f 1 2 3\n");
     let status = |words: &str| {
-        let script = format!("exec {} {words} 2>/dev/full", crate::folder::SDFTOOL);
-        let mut command = std::process::Command::new("sh");
+        let script = format!("exec {} {words} 2>/dev/full", SDFTOOL);
+        let mut command = Command::new("sh");
         command.args(["-c", &script]).current_dir(folder.path()).output().unwrap().status.code()
     };
     assert_eq!(status("info missing.sdf.h5"), Some(1));

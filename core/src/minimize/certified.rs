@@ -44,7 +44,8 @@ use crate::{EnclosedSdf, Goal, Simplex};
 /// search starts where a few steps of [`Newton`] end: the lower the value to beat, the fewer the nodes.
 ///
 /// With a level ([`Minimizer::minimize_below`]), it stops once every value is proven above the level. Where the value found
-/// without it is at most the level, the answer is the same. Where that is above the level, but by less than the tolerance
+/// without it is at most the level, the answer is the same to within the tolerance; of unions a part that ends at the level leaves more
+/// of the budget to the others, and the answer may be lower. Where that is above the level, but by less than the tolerance
 /// leaves open, a search in double precision is repeated with a smaller tolerance, until it decides that or the budget is spent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Certified {
@@ -172,7 +173,10 @@ impl Certified {
             return minimum;
         }
         let longest_edge = simplex.longest_edge();
-        let goal = Goal { level, gap: self.tolerance_on(field, longest_edge) };
+        // What is proven above the level must be so beyond the rounding that its bound is widened by.
+        let rounding = rounding(FieldScale::new(field), simplex.corners[0], longest_edge, level);
+        let above_level = level + rounding * R::from_f64(2.0);
+        let goal = Goal { level: above_level, gap: self.tolerance_on(field, longest_edge) };
         let exact = minimum_on_triangle(field, simplex, goal);
         if let Some(exact) = exact {
             let minimum = exact.with_bound(self.slack(field, simplex, longest_edge, exact.sample.value));

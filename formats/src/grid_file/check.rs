@@ -183,7 +183,10 @@ pub(super) fn valid_scales(scales: &[Scale], precision: Precision) -> Result<(),
         scale.base.is_finite() && scale.step >= 0.0 && max_value.is_finite()
     };
     match scales.iter().position(|scale| !is_valid(scale)) {
-        Some(index) => Err(format!("scale {index} is {:?}", scales[index])),
+        Some(index) => {
+            let Scale { base, step } = scales[index];
+            Err(format!("scale {index} has base {base:?} and step {step:?}"))
+        }
         None => Ok(()),
     }
 }

@@ -64,7 +64,7 @@ fn nearest_by_branches(point: Vector3<f64>, [a, b, c]: [Vector3<f64>; 3]) -> Nea
     if d3 >= 0.0 && d4 <= d3 {
         return at(b, TriangleFeature::Corner(1));
     }
-    if d1 * d4 - d3 * d2 <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+    if d1 * d4 - d3 * d2 <= 0.0 && d1 >= 0.0 && d3 <= 0.0 && d1 > d3 {
         return at(a + ab * (d1 / (d1 - d3)), TriangleFeature::Edge(0));
     }
     let from_c = point - c;
@@ -72,11 +72,11 @@ fn nearest_by_branches(point: Vector3<f64>, [a, b, c]: [Vector3<f64>; 3]) -> Nea
     if d6 >= 0.0 && d5 <= d6 {
         return at(c, TriangleFeature::Corner(2));
     }
-    if d5 * d2 - d1 * d6 <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+    if d5 * d2 - d1 * d6 <= 0.0 && d2 >= 0.0 && d6 <= 0.0 && d2 > d6 {
         return at(a + ac * (d2 / (d2 - d6)), TriangleFeature::Edge(2));
     }
     let (along_bc, along_cb) = (d4 - d3, d5 - d6);
-    if d3 * d6 - d5 * d4 <= 0.0 && along_bc >= 0.0 && along_cb >= 0.0 {
+    if d3 * d6 - d5 * d4 <= 0.0 && along_bc >= 0.0 && along_cb >= 0.0 && along_bc + along_cb > 0.0 {
         return at(b + (c - b) * (along_bc / (along_bc + along_cb)), TriangleFeature::Edge(1));
     }
     let normal = ab.cross(&ac);
@@ -104,4 +104,34 @@ fn the_region_and_every_bit_are_those_of_one_branch_after_the_other() {
         }
     }
     assert!(visits.len() == 7 && visits.values().all(|count| *count > 1000), "{visits:?}");
+}
+
+#[test]
+fn a_needle_is_as_near_as_its_long_edge() {
+    let mut state = 19;
+    println!("seed {state}");
+    // Half of them on small integers, where differences are exact and projections zero.
+    let vector = |is_whole: bool, state: &mut u64| {
+        let vector = random_vector(state);
+        if is_whole { (vector * 3.0).map(f64::round) } else { vector }
+    };
+    for round in 0..40_000 {
+        let is_whole = round % 2 == 0;
+        let [start, end, point, across] = std::array::from_fn(|_| vector(is_whole, &mut state));
+        let thickness = 10.0_f64.powf(-17.0 + 8.0 * random(&mut state));
+        let along = end - start;
+        let across = if round % 3 == 0 { across } else { along.cross(&across) } * thickness;
+        let mut corners = [start, start + across, end];
+        corners.rotate_left(round % 3);
+        if round / 3 % 2 == 1 {
+            corners.swap(0, 1);
+        }
+        // On the plane through the middle of the needle, or anywhere.
+        let point = if round / 6 % 2 == 0 { start + along * 0.5 + along.cross(&point) } else { point * 2.0 };
+        let wanted = nearest_on_edges(point, [start, end, end]).distance_sq.sqrt();
+        let found = nearest_on_triangle(point, corners).distance_sq.sqrt();
+        // Points of the needle are off its long edge by the short one; coordinates are at most 30.
+        let allowed = across.norm() + 256.0 * f64::EPSILON * 30.0;
+        assert!((found - wanted).abs() <= allowed, "{found}, not {wanted}: {point:?} {corners:?}");
+    }
 }

@@ -100,7 +100,7 @@ impl<R: Float> Cell<R> {
     /// max(κ, 0)·l², with κ the largest dᵀH d over the box and l ≤ 1 the length of its longest chord along d, in
     /// units of |d|: l = min(1, min_i 2h_i / |d_i|). `mixed` is H at m.
     pub fn chord_curvature(&self, mixed: &MixedDerivatives<R>, direction: Vector3<R>) -> R {
-        let curvature = mixed.times(direction).dot(&direction) + self.curvature_slack(direction, direction);
+        let curvature = self.largest_curvature(mixed, direction);
         if curvature <= R::zero() {
             return R::zero();
         }
@@ -112,11 +112,16 @@ impl<R: Float> Cell<R> {
         curvature * chord * chord
     }
 
-    /// Bound of |aᵀH(x)b − aᵀH(m)b| over the box.
-    pub fn curvature_slack(&self, a: Vector3<R>, b: Vector3<R>) -> R {
-        let (xy, yz, zx) = (a.x * b.y + a.y * b.x, a.y * b.z + a.z * b.y, a.z * b.x + a.x * b.z);
-        let half = self.half_extents;
-        (xy.abs() * half.z + yz.abs() * half.x + zx.abs() * half.y) * self.polynomial.xyz.abs()
+    /// The largest dᵀH d over the box. `mixed` is H at m.
+    pub fn largest_curvature(&self, mixed: &MixedDerivatives<R>, direction: Vector3<R>) -> R {
+        let change = self.curvature_change(direction, direction);
+        mixed.times(direction).dot(&direction) + (change.x.abs() + change.y.abs() + change.z.abs())
+    }
+
+    /// Change of aᵀH b from m to the upper face of the box, for each axis. To the lower face it has the other sign.
+    pub fn curvature_change(&self, a: Vector3<R>, b: Vector3<R>) -> Vector3<R> {
+        let crossed = Vector3::new(a.y * b.z + a.z * b.y, a.z * b.x + a.x * b.z, a.x * b.y + a.y * b.x);
+        crossed.component_mul(&self.half_extents) * self.polynomial.xyz
     }
 
     /// Is a point, counted from `origin`, in the box?

@@ -14,7 +14,11 @@
 //! 2. **Monotonic.** Newton's step from the centre is a descent direction. If φ falls along it everywhere, no point
 //!    is stationary.
 //! 3. **Newton's method**, four steps. If the Hessian is positive definite in the whole cell, φ is convex there and
-//!    φ(x) ≥ φ(p) + ∇φ(p)·(x − p): the deficit is at most |∂φ/∂s| + |∂φ/∂t| at the last iterate p.
+//!    φ(x) ≥ φ(p) + ∇φ(p)·(x − p): the deficit is at most |∂φ/∂s| + |∂φ/∂t| at the last iterate p. The Hessian is linear
+//!    along each axis, and a mean of positive definite matrices is one: the corners of the cell tell.
+//!
+//! The first two also exclude minima from a part of a cell, but for the bound by the ends of a chord: what is on the border of a part is not
+//! known.
 
 use nalgebra::Vector3;
 
@@ -23,14 +27,14 @@ use super::cell::Cell;
 use super::grid_triangle::GridTriangle;
 use crate::grid::exact::polynomial::MixedDerivatives;
 use crate::number::{Float, Real};
-use crate::rounding::DIRECTIONAL_DERIVATIVE;
+use crate::rounding::{DIRECTIONAL_DERIVATIVE, HESSIAN_DETERMINANT};
 use crate::vector::norm;
 
 /// Newton steps in a cell. A cubic that is convex on the cell is nearly a parabola there.
 const NEWTON_STEPS: u32 = 4;
 
 /// The second derivatives by the weights of the triangle's second and third corner.
-pub(super) struct Hessian<R> {
+struct Hessian<R> {
     uu: R,
     uv: R,
     vv: R,
@@ -50,11 +54,26 @@ impl<R: Float> Hessian<R> {
         R::zero() < self.uu && R::zero() < self.determinant()
     }
 
+    /// Weights of u and v in the direction of the smallest curvature among u + r v or v + r u.
+    fn flattest(&self) -> [R; 2] {
+        match () {
+            () if !(R::zero() < self.uu && R::zero() < self.vv) => [R::one(), R::zero()],
+            () if self.vv < self.uu => [-self.uv / self.uu, R::one()],
+            () => [R::one(), -self.uv / self.vv],
+        }
+    }
+
     /// Newton's step −H⁻¹ (∂φ/∂s, ∂φ/∂t).
     fn newton_step(&self, [u, v]: [R; 2]) -> [R; 2] {
         let determinant = self.determinant();
         [(self.uv * v - self.vv * u) / determinant, (self.uv * u - self.uu * v) / determinant]
     }
+}
+
+/// Directions in the triangle along which the second derivative may be small: u, v, w and the flattest.
+fn flat_directions<R: Float>(hessian: &Hessian<R>, [u, v]: [Vector3<R>; 2]) -> [Vector3<R>; 4] {
+    let [s, t] = hessian.flattest();
+    [u, v, v - u, u * s + v * t]
 }
 
 impl<R: Float> Cell<R> {
@@ -64,35 +83,63 @@ impl<R: Float> Cell<R> {
         let mixed = self.polynomial.mixed_derivatives(self.center);
         let [u, v] = triangle.edges();
         let hessian = Hessian::new(&mixed, [u, v]);
-        // Direction of the smallest curvature among u + r v or v + r u.
-        let flattest = match () {
-            () if !(R::zero() < hessian.uu && R::zero() < hessian.vv) => u,
-            () if hessian.vv < hessian.uu => v - u * (hessian.uv / hessian.uu),
-            () => u - v * (hessian.uv / hessian.vv),
-        };
-        let curvature = [u, v, v - u, flattest].into_iter().fold(R::from_f64(f64::INFINITY), |lowest, direction| {
-            Real::min(lowest, self.chord_curvature(&mixed, direction))
-        });
+        let curvature =
+            flat_directions(&hessian, [u, v]).into_iter().fold(R::from_f64(f64::INFINITY), |lowest, direction| {
+                Real::min(lowest, self.chord_curvature(&mixed, direction))
+            });
         let deficit = curvature * R::from_f64(0.125);
         if deficit <= R::zero() || !hessian.is_positive_definite() {
             return deficit;
         }
-        let gradient = self.polynomial.gradient(self.center, &mixed);
-        let step = hessian.newton_step([gradient.dot(&u), gradient.dot(&v)]);
-        let downhill = u * step[0] + v * step[1];
-        let (derivative, radius) = self.directional_derivative(gradient, &mixed, downhill);
-        let rounding = norm(gradient) * norm(downhill) * R::from_f64(DIRECTIONAL_DERIVATIVE * R::EPSILON);
-        if derivative + radius + rounding < R::zero() {
+        if self.falls_along_newton_step(&mixed, &hessian, [u, v]) {
             return R::zero();
         }
         let newton_deficit = self.newton(triangle, lowest);
-        // Entries of the Hessian anywhere in the box, those that make it least definite.
-        let worst_hessian = Hessian {
-            uu: hessian.uu - self.curvature_slack(u, u),
-            uv: hessian.uv.abs() + self.curvature_slack(u, v),
-            vv: hessian.vv - self.curvature_slack(v, v),
-        };
-        if worst_hessian.is_positive_definite() { Real::min(deficit, newton_deficit) } else { deficit }
+        if self.is_convex(&mixed, &hessian, [u, v]) { Real::min(deficit, newton_deficit) } else { deficit }
+    }
+
+    /// Does the second derivative along some direction, or the first along Newton's step, tell that no minimum is in this part of a cell,
+    /// its border included?
+    pub fn excludes_minimum(&self, triangle: &GridTriangle<R>) -> bool {
+        let mixed = self.polynomial.mixed_derivatives(self.center);
+        let edges = triangle.edges();
+        let hessian = Hessian::new(&mixed, edges);
+        let is_concave = |direction| self.largest_curvature(&mixed, direction) < R::zero();
+        flat_directions(&hessian, edges).into_iter().any(is_concave)
+            || self.falls_along_newton_step(&mixed, &hessian, edges)
+    }
+
+    /// Does φ fall everywhere in the box along Newton's step from its centre? `mixed` and `hessian` are those there.
+    fn falls_along_newton_step(
+        &self,
+        mixed: &MixedDerivatives<R>,
+        hessian: &Hessian<R>,
+        [u, v]: [Vector3<R>; 2],
+    ) -> bool {
+        let gradient = self.polynomial.gradient(self.center, mixed);
+        let step = hessian.newton_step([gradient.dot(&u), gradient.dot(&v)]);
+        let downhill = u * step[0] + v * step[1];
+        let (derivative, radius) = self.directional_derivative(gradient, mixed, downhill);
+        // The two terms may cancel.
+        let length = norm(u) * step[0].abs() + norm(v) * step[1].abs();
+        let rounding = norm(gradient) * length * R::from_f64(DIRECTIONAL_DERIVATIVE * R::EPSILON);
+        derivative + radius + rounding < R::zero()
+    }
+
+    /// Is the Hessian positive definite at all corners of the box, beyond rounding? `mixed` and `hessian` are those at its centre.
+    fn is_convex(&self, mixed: &MixedDerivatives<R>, hessian: &Hessian<R>, [u, v]: [Vector3<R>; 2]) -> bool {
+        let changes = [self.curvature_change(u, u), self.curvature_change(u, v), self.curvature_change(v, v)];
+        let half = self.half_extents;
+        let largest =
+            mixed.xy.abs() + mixed.yz.abs() + mixed.zx.abs() + self.polynomial.xyz.abs() * (half.x + half.y + half.z);
+        let rounding = largest * largest * (u.dot(&u) * v.dot(&v)) * R::from_f64(HESSIAN_DETERMINANT * R::EPSILON);
+        (0..8_u32).all(|corner| {
+            let sign = |bit: u32| if corner & bit == 0 { -R::one() } else { R::one() };
+            let signs = Vector3::new(sign(1), sign(2), sign(4));
+            let [uu, uv, vv] = changes.map(|change| change.dot(&signs));
+            let hessian = Hessian { uu: hessian.uu + uu, uv: hessian.uv + uv, vv: hessian.vv + vv };
+            R::zero() < hessian.uu && rounding < hessian.determinant()
+        })
     }
 
     /// Newton's method from the lowest point so far; lowers `lowest` if it ends inside. Returns the deficit if φ is

@@ -1,8 +1,8 @@
 //! Bisection of a cell around stationary points of φ along the triangle.
 //!
-//! Applied to cells that `interior_minimum` leaves undecided. A box of the cell is dropped if the triangle misses it or φ is
-//! monotonic there, accepted if a stationary point in it cannot be lower than the lowest value by more than `gap`,
-//! and else cut in two.
+//! Applied to cells that `interior_minimum` leaves undecided. A box of the cell is dropped if the triangle misses it, or if φ is
+//! monotonic or concave there along some direction, accepted if a stationary point in it cannot be lower than the lowest
+//! value by more than `gap`, and else cut in two.
 //!
 //! A stationary point s in the box and in the triangle's plane is bounded by Taylor's theorem. With p the projection
 //! of the box's centre into the plane and r = |h|, |p − s| ≤ r, so
@@ -47,6 +47,7 @@ impl<R: Float> Cell<R> {
             let part = Self { center, half_extents, ..*self };
             if planes.is_disjoint(part.origin - first + part.center, part.half_extents)
                 || part.directional_bounds(directions).is_monotonic()
+                || part.excludes_minimum(triangle)
             {
                 continue;
             }
