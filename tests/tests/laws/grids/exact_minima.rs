@@ -177,6 +177,38 @@ fn the_exact_minimum_on_a_triangle_in_noise_is_below_all_its_points() {
     assert!(near > 200, "{near} of 300 are near");
 }
 
+/// Cells with a stationary point in the triangle, about as often a minimum as a saddle, and near where φ is no longer convex.
+#[test]
+fn a_stationary_point_of_a_cell_is_bounded_whether_a_minimum_or_a_saddle() {
+    let mut random = Random::seeded();
+    let lattice = Lattice::new([0.0; 3], 1.0, [2; 3]).unwrap();
+    let weights = lattice_weights::<3>(80);
+    let (mut inside, mut near) = (0, 0);
+    for round in 0..4000 {
+        let corners = [0, 1, 2].map(|_| Vector3::repeat(0.5) + random.in_cube(0.5));
+        let simplex = Simplex { corners };
+        let stationary = simplex.point(project_weights([0, 1, 2].map(|_| random.between(0.0, 0.7))));
+        let [xy, yz, zx] = [0, 1, 2].map(|_| random.between(-1.0, 1.0));
+        let xyz = random.between(-1.0, 1.0) * [0.1, 1.0, 3.0][round % 3];
+        let curved = |p: Vector3<f64>| xy * p.x * p.y + yz * p.y * p.z + zx * p.z * p.x + xyz * p.x * p.y * p.z;
+        let [x, y, z] = stationary.into();
+        let slope =
+            Vector3::new(xy * y + zx * z + xyz * y * z, xy * x + yz * z + xyz * z * x, yz * y + zx * x + xyz * x * y);
+        let nodes = node_indices(lattice.nodes()).map(|node| Vector3::from(lattice.node(node)));
+        let samples = nodes.map(|node| (curved(node) - slope.dot(&node)) as f32).collect();
+        let grid = dense_grid(lattice, samples, 20.0);
+        for gap in [1e-3, 1e-6] {
+            let minimum = grid.exact_minimum(corners, Goal { level: f64::INFINITY, gap }).unwrap();
+            let values = weights.iter().map(|weights| (grid.value(simplex.point(*weights)), weights));
+            let (lowest, at) = values.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
+            assert!(minimum.lower_bound <= lowest + 1e-13, "{minimum:?} on {simplex:?}, but {lowest} at {at:?}");
+            inside += usize::from(at.iter().all(|weight| *weight > 0.0));
+            near += usize::from(minimum.value - 2.0 * gap <= minimum.lower_bound);
+        }
+    }
+    assert!(inside > 300 && near > 7000, "{inside} minima inside, {near} of 8000 are near");
+}
+
 /// An end on the face of the box, or within rounding of it, does not stop the walk through the cells.
 #[test]
 fn a_segment_along_the_face_of_the_box_is_followed_to_its_end() {
