@@ -207,7 +207,7 @@ impl Query {
             }
             _ => self.find_soft(&pair, &points, world, motion, memory, contacts),
         };
-        // An element counts as searched once it is asked for. A search that fails must not leave it so.
+        // The memory marks elements as searched before they are. After a search that failed, the marks are wrong.
         let mut found = found.inspect_err(|_| *memory = Memory::default())?;
         if self.one_per_feature {
             let (mut minima, others): (Vec<_>, Vec<_>) = found.into_iter().partition(|contact| contact.rank == 0);

@@ -13,9 +13,9 @@
 //! | bc | d₃d₆ − d₅d₄ ≤ 0, d₄ ≥ d₃, d₅ ≥ d₆ | b + bc (d₄ − d₃) / (d₄ − d₃ + d₅ − d₆) |
 //! | inside | else | p − n (n·ap) / n·n, with n = ab × ac |
 //!
-//! The first that holds is taken. An edge whose quotient would be 0 / 0 is left out: seen from the point it is shorter than rounding, and what
-//! it joins is as near. One kernel computes all of them and selects. A loop over points so runs in SIMD
-//! lanes, with the same bits as one point at a time.
+//! The first that holds is taken. An edge is also skipped where its divisor is zero: its length is below the rounding
+//! of the point's offset then, and the next region that holds has a point as near. One kernel computes all of them and selects.
+//! A loop over points so runs in SIMD lanes, with the same bits as one point at a time.
 
 use sdf_core::nalgebra::Vector3;
 

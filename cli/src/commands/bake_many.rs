@@ -54,8 +54,8 @@ pub fn run(args: &BakeArgs) -> Result<()> {
     let threads = args.threads.count.map_or_else(of_machine, usize::from);
     let jobs = usize::from(args.fleet.jobs).min(work.len()).min(threads).max(1);
     let next = AtomicUsize::new(0);
-    // Baked, kept, failed; and the lines so far.
-    let told = Mutex::new(([0_usize; 3], Prints::default()));
+    // Counts of baked, kept and failed; and the prints.
+    let output_state = Mutex::new(([0_usize; 3], Prints::default()));
     std::thread::scope(|scope| {
         let worker = || -> Result<()> {
             let pool = progress::pool((threads / jobs).max(1))?;
@@ -67,8 +67,8 @@ pub fn run(args: &BakeArgs) -> Result<()> {
                     Fate::Failed(_) => 2,
                 };
                 // Held while the line is printed, so that lines do not mix.
-                let mut told = told.lock().map_err(|_| anyhow!("a worker panicked"))?;
-                let (counts, prints) = &mut *told;
+                let mut state = output_state.lock().map_err(|_| anyhow!("a worker panicked"))?;
+                let (counts, prints) = &mut *state;
                 counts[index] += 1;
                 match fate {
                     Fate::Failed(error) if !args.json.wanted => complain(&error),
@@ -80,7 +80,7 @@ pub fn run(args: &BakeArgs) -> Result<()> {
         let workers: Vec<_> = (0..jobs).map(|_| scope.spawn(worker)).collect();
         workers.into_iter().try_for_each(|worker| worker.join().map_err(|_| anyhow!("a worker panicked"))?)
     })?;
-    let ([done, kept, failed], mut prints) = told.into_inner().map_err(|_| anyhow!("a worker panicked"))?;
+    let ([done, kept, failed], mut prints) = output_state.into_inner().map_err(|_| anyhow!("a worker panicked"))?;
     if !args.json.wanted {
         prints.print(|| to_stdout(|out| writeln!(out, "{done} baked, {kept} kept, {failed} failed")));
     }
