@@ -11,7 +11,7 @@ use sdf_parry::Search;
 
 fn main() -> std::io::Result<()> {
     let slab = bumpy_slab();
-    let (mut world, bodies) = four_bodies_on(bake(&slab, 0.06), Search::FrankWolfe);
+    let (mut world, bodies) = four_bodies_on(bake(&slab, 0.06), Search::Local);
     for second in 1..=10 {
         (0..STEPS).for_each(|_| world.step());
         let heights = bodies.iter().map(|(name, _, _, body)| {

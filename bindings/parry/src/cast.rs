@@ -1,16 +1,39 @@
-//! When does a moving shape arrive? By conservative advancement (Mirtich 1996): no point of the surface gets nearer, in φ, than slope
-//! bound · speed · time, so that a step of φ over these never passes the field: by no more than the search for the lowest point misses.
+//! When does a moving shape arrive? By conservative advancement (Mirtich 1996): no step passes the field, by no more than the search for the
+//! lowest point misses. A step is the longer of two:
+//!
+//! | bound | step |
+//! |---|---|
+//! | no point of the surface gets nearer, in φ, than by slope bound · speed · time | φ over these |
+//! | a plane before the field's box, its normal that of the nearest point, with all of the surface beyond | its distance over the speed towards it |
+//!
+//! The second lets a shape pass close by the flat side of another without a step for each gap of the way.
 
 use parry3d::math::{Pose, Vector};
 use parry3d::query::details::ShapeCastOptions;
 use parry3d::query::{NonlinearRigidMotion, ShapeCastHit, ShapeCastStatus};
 use parry3d::shape::Shape;
 use sdf_core::Sdf;
+use sdf_core::nalgebra::Vector3;
 
-use crate::convert::{to_core, to_parry};
+use crate::convert::{to_core, to_parry, to_rigid};
 use crate::pair::Pair;
 use crate::search::Search;
+use crate::surface::Rounding;
 use crate::touch::Touch;
+
+/// A bound of a speed that grows with time.
+struct Speed {
+    at_first: f64,
+    growth: f64,
+}
+
+impl Speed {
+    /// Least time that this distance takes.
+    fn time_of(&self, distance: f64) -> f64 {
+        // at_first · t + growth · t²/2 = distance.
+        2.0 * distance / (self.at_first + (self.at_first * self.at_first + 2.0 * self.growth * distance).sqrt())
+    }
+}
 
 /// Two shapes in motion.
 pub(crate) struct Cast<'a> {
@@ -21,8 +44,9 @@ pub(crate) struct Cast<'a> {
     pub motions: [&'a NonlinearRigidMotion; 2],
 }
 
-/// Steps of a cast. One that has not arrived by then is reported where it is, which is early.
-const MAX_STEPS: u32 = 256;
+/// Steps of a cast. One that has not arrived by then is reported where it is, which is early: one that passes over a rough field by a
+/// 500th of the way.
+const MAX_STEPS: u32 = 1024;
 
 /// The shapes have arrived within this fraction of the surface's size.
 const AT_TARGET: f64 = 1e-4;
@@ -32,7 +56,7 @@ impl Cast<'_> {
     pub fn run(&self, start: f32, options: ShapeCastOptions) -> Option<ShapeCastHit> {
         let end = f64::from(options.max_time_of_impact);
         let (target, within) = (f64::from(options.target_distance), AT_TARGET * self.pair.surface.radius());
-        let rate = self.pair.field.slope_bound() * self.speed(start, end);
+        let slope_bound = self.pair.field.slope_bound();
         let mut time = f64::from(start);
         for step in 0..MAX_STEPS {
             // A field can be wholly inside of the other shape only at the start: on the way there it touches.
@@ -50,7 +74,10 @@ impl Cast<'_> {
             if step + 1 == MAX_STEPS {
                 return Some(self.hit(time, &pose, &touch, ShapeCastStatus::OutOfIterations));
             }
-            time += left / rate;
+            let by_value = self.speed(time, None).time_of(left / slope_bound);
+            let beyond = self.beyond_plane(&pose, &touch) - target;
+            let by_plane = if beyond > within { self.speed(time, Some(&touch)).time_of(beyond) } else { 0.0 };
+            time += by_value.max(by_plane);
             if time.is_nan() || time > end {
                 return None;
             }
@@ -70,22 +97,51 @@ impl Cast<'_> {
         touch.map(|touch| (pose, touch))
     }
 
-    /// Upper bound of the speed of any point of the surface, seen by the field. A point that a body turns about its centre c with ω has
-    /// the speed |v + ω × (x − c)|; x − c is bounded at the start, and grows with the two velocities.
-    fn speed(&self, start: f32, end: f64) -> f64 {
+    /// Upper bound of the speed of any point of the surface from a time on, seen by the field; of its part against a touch's normal, if one
+    /// is given. A point that a body turns about its centre c with ω has the speed |v + ω × (x − c)|; x − c is bounded at that time, and
+    /// grows with the two velocities.
+    fn speed(&self, time: f64, towards: Option<&Touch>) -> Speed {
         let [first, second] = self.motions;
         let (field, moving) = if self.pair.flipped { (second, first) } else { (first, second) };
         let speed = |velocity: Vector| f64::from(velocity.length());
         let linear = speed(field.linvel) + speed(moving.linvel);
         let radius = self.pair.surface.radius_about(to_core(moving.local_center));
-        let mut total = linear + speed(moving.angvel) * radius;
+        let straight = match towards {
+            None => linear,
+            Some(touch) => {
+                let frame = field.position_at_time(time as f32).rotation;
+                let normal = to_core(frame * to_parry(touch.normal));
+                (to_core(field.linvel) - to_core(moving.linvel)).dot(&normal).max(0.0)
+            }
+        };
+        let mut speeds = Speed { at_first: straight + speed(moving.angvel) * radius, growth: 0.0 };
         if field.angvel != Vector::ZERO {
-            let centre =
-                |motion: &NonlinearRigidMotion| motion.position_at_time(start).transform_point(motion.local_center);
-            let apart = speed(centre(field) - centre(moving)) + linear * (end - f64::from(start));
-            total += speed(field.angvel) * (radius + apart);
+            let centre = |motion: &NonlinearRigidMotion| {
+                motion.position_at_time(time as f32).transform_point(motion.local_center)
+            };
+            let apart = speed(centre(field) - centre(moving));
+            speeds.at_first += speed(field.angvel) * (radius + apart);
+            // In the frame of the field the plane's normal stands still, and the velocities turn.
+            let turned = if towards.is_some() { linear } else { 0.0 };
+            speeds.growth = speed(field.angvel) * (linear + turned);
         }
-        total
+        speeds
+    }
+
+    /// How far all of the surface is beyond a plane at right angles to the touch's normal, and all of the field's box before it.
+    fn beyond_plane(&self, pose: &Pose, touch: &Touch) -> f64 {
+        let (bounds, normal) = (self.pair.field.bounds(0.0), touch.normal);
+        let farthest = |axis: usize| if normal[axis] > 0.0 { bounds.max[axis] } else { bounds.min[axis] };
+        let plane = Vector3::from([0, 1, 2].map(farthest)).dot(&normal);
+        let Some(pose) = to_rigid(pose) else { return f64::NEG_INFINITY };
+        let lowest = |points: &mut dyn Iterator<Item = Vector3<f64>>, border: f64| {
+            points.map(|point| pose.push(point).dot(&normal) - border).fold(f64::INFINITY, f64::min)
+        };
+        let parts = self.pair.surface.parts.iter().map(|part| match part.rounding {
+            Rounding::Swept { segment, radius } => lowest(&mut segment.into_iter(), radius),
+            _ => lowest(&mut part.points.iter().copied().map(Vector3::from), part.border()),
+        });
+        parts.fold(f64::INFINITY, f64::min) - plane
     }
 
     /// Do the linear velocities carry the shapes apart?

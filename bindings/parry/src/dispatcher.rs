@@ -38,6 +38,7 @@ impl SdfDispatcher {
         let pair = Pair::new(g1, g2).ok_or(Unsupported)?;
         let pose = pair.pose(pos12);
         let (touch, intersects) = pair.nearest_or_way_out([g1, g2], &pose, self.search);
+        let touch = if intersects { touch } else { touch.map(|touch| pair.apart([g1, g2], &pose, touch)) };
         Ok((pair, touch, intersects))
     }
 }

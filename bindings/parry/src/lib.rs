@@ -23,6 +23,7 @@
 //! |---|---|---|
 //! | 1 | Which of a pair is the field, and which triangles has the other shape? | `pair`, `triangles` |
 //! | 2 | Where does the field touch these triangles? Balls and capsules are searched about their axes, too | `touch`, by `sdf_core::contact`; `round` |
+//! | | On which points does it stand, if a triangle is wide? On its own vertices, where it has a mesh, and on corners of its box | `footprint`, `vertices` |
 //! | 3 | Which points does a solver get? Grouped by normal, at most four each, with last step's impulses | `manifolds` |
 //! | 4 | When does a moving shape arrive? | `cast` |
 //!
@@ -34,6 +35,7 @@
 mod cast;
 mod convert;
 mod dispatcher;
+mod footprint;
 mod manifolds;
 mod nearest;
 mod pair;
@@ -43,6 +45,7 @@ mod shape;
 mod surface;
 mod touch;
 mod triangles;
+mod vertices;
 
 pub use dispatcher::SdfDispatcher;
 pub use sdf_core as core;

@@ -3,7 +3,7 @@
 //! | step | rule |
 //! |---|---|
 //! | group | the deepest first; a touch joins the first group whose normal is within 5°. Groups of the last step come first, so that none is torn |
-//! | reduce | the deepest point, the farthest from it, then the farthest on either side of the line between |
+//! | reduce | the deepest point, the farthest from it, then the farthest on either side of the line between; one that is less deep counts as nearer |
 //! | keep | a point takes the data of the last step's point on the same feature, else of the nearest within the prediction |
 //!
 //! Of points that are equally deep, corners come first and faces last: on a plane all of a face is equally deep, and its corners stay.
@@ -21,6 +21,10 @@ const SAME_NORMAL: f64 = 0.996;
 
 /// Handicap of edges over corners, and of faces over edges, in the choice of points: a fraction of the prediction.
 const HANDICAP: f64 = 0.01;
+
+/// How much nearer a point counts for each length by which it is less deep: a body that rests on two points turns about the deepest by 1/8
+/// before it reaches one that is an eighth of their distance higher.
+const HIGHER_IS_NEARER: f64 = 8.0;
 
 /// Replaces manifolds by those of the touches. `pose` takes the surface into the field's frame; `flipped` says that the field is
 /// the second shape.
@@ -91,14 +95,16 @@ fn reduce(touches: &[Touch]) -> Vec<Touch> {
     if touches.len() <= 4 {
         return touches.to_vec();
     }
-    let from_deepest = |touch: &Touch| (touch.point - deepest.point).norm_squared();
+    let higher = |touch: &Touch| HIGHER_IS_NEARER * (touch.gap - deepest.gap);
+    let from_deepest = |touch: &Touch| (touch.point - deepest.point).norm() - higher(touch);
     let Some(farthest) = first_max(rest, from_deepest) else { return vec![*deepest] };
     let across = (farthest.point - deepest.point).cross(&deepest.normal);
+    let Some(across) = across.try_normalize(0.0) else { return vec![*deepest, farthest] };
     let side = |touch: &Touch| (touch.point - deepest.point).dot(&across);
     // Points on the line between the two add nothing.
-    let least = 1e-3 * across.norm_squared();
-    let left = first_max(rest, side).filter(|touch| side(touch) > least);
-    let right = first_max(rest, |touch| -side(touch)).filter(|touch| side(touch) < -least);
+    let least = 1e-3 * (farthest.point - deepest.point).norm();
+    let left = first_max(rest, |touch| side(touch) - higher(touch)).filter(|touch| side(touch) > least);
+    let right = first_max(rest, |touch| -side(touch) - higher(touch)).filter(|touch| side(touch) < -least);
     [Some(*deepest), Some(farthest), left, right].into_iter().flatten().collect()
 }
 

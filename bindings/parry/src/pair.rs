@@ -9,11 +9,20 @@ use sdf_core::nalgebra::Vector3;
 use sdf_core::{AnyField, shapes};
 
 use crate::convert::{to_core, to_parry, to_rigid};
+use crate::nearest::NearestPoint;
 use crate::search::Search;
 use crate::shape::SdfShape;
 use crate::surface::Surface;
 use crate::touch::{Touch, touches};
 use crate::triangles::surface_of;
+use crate::vertices;
+
+/// Ways between two shapes that are apart, in search of their nearest points, and the smallest fraction by which two make the gap shorter.
+const WAYS_TO_AND_FRO: u32 = 32;
+const SHORTENED: f64 = 1e-6;
+
+/// A point is on the field's surface within this fraction of its distance from where the search began.
+const AT_SURFACE: f64 = 1e-6;
 
 pub(crate) struct Pair {
     pub field: Arc<AnyField>,
@@ -53,8 +62,18 @@ impl Pair {
         if self.flipped { pos12.inverse() } else { *pos12 }
     }
 
+    fn field_and_other<'a>(&self, [g1, g2]: [&'a dyn Shape; 2]) -> (&'a dyn Shape, &'a dyn Shape) {
+        if self.flipped { (g2, g1) } else { (g1, g2) }
+    }
+
     /// Touches at a pose of the surface in the field's frame.
     pub fn touches(&self, pose: &Pose, margin: f64, search: Search) -> Vec<Touch> {
+        let mut touches = self.touches_by_value(pose, margin, search);
+        touches.retain(|touch| touch.value <= margin);
+        touches
+    }
+
+    fn touches_by_value(&self, pose: &Pose, margin: f64, search: Search) -> Vec<Touch> {
         to_rigid(pose).map_or(vec![], |pose| touches(&self.field, &self.surface, &pose, margin, search))
     }
 
@@ -70,14 +89,14 @@ impl Pair {
         let margin = values.fold(f64::INFINITY, f64::min);
         // Above the value itself, so that rounding does not lose it.
         let margin = margin + 1e-6 * margin.abs() + f64::MIN_POSITIVE;
-        let touches = if margin.is_finite() { self.touches(pose, margin, search) } else { vec![] };
+        let touches = if margin.is_finite() { self.touches_by_value(pose, margin, search) } else { vec![] };
         touches.into_iter().min_by(|a, b| a.value.total_cmp(&b.value))
     }
 
     /// Is a point of the field's body inside of the other shape, and behind the triangles that stand for it? Then they intersect, also
     /// where the field lies wholly within, and no triangle comes near.
-    pub fn is_swallowed(&self, [g1, g2]: [&dyn Shape; 2], pose: &Pose) -> bool {
-        let (field, other) = if self.flipped { (g2, g1) } else { (g1, g2) };
+    pub fn is_swallowed(&self, shapes: [&dyn Shape; 2], pose: &Pose) -> bool {
+        let (field, other) = self.field_and_other(shapes);
         let Some(point) = field.as_shape::<SdfShape>().and_then(SdfShape::inner_point) else { return false };
         let point = pose.inverse_transform_point(to_parry(point));
         let border = self.surface.widest_border();
@@ -87,8 +106,14 @@ impl Pair {
 
     /// The touches of a pair, or the way out if the field is wholly inside of the other shape: where it is, no triangle touches it.
     pub fn touches_or_way_out(&self, shapes: [&dyn Shape; 2], pose: &Pose, margin: f64, search: Search) -> Vec<Touch> {
-        let touches = self.touches(pose, margin, search);
+        let mut touches = self.touches(pose, margin, search);
         if touches.iter().any(Touch::is_of_triangles) || !self.is_swallowed(shapes, pose) {
+            let (field, other) = self.field_and_other(shapes);
+            // Another field has its own triangles here.
+            let own = field.as_shape::<SdfShape>().filter(|_| other.as_shape::<SdfShape>().is_none());
+            if let Some((mesh, inner)) = own.and_then(|own| own.mesh().zip(own.inner_point())) {
+                touches.extend(vertices::touches(mesh, inner, other, pose, margin));
+            }
             return touches;
         }
         self.nearest(pose, search).map(|touch| self.way_out(touch)).into_iter().collect()
@@ -100,6 +125,32 @@ impl Pair {
         let is_swallowed = !touch.is_some_and(|touch| touch.is_of_triangles()) && self.is_swallowed(shapes, pose);
         let touch = touch.map(|touch| if is_swallowed { self.way_out(touch) } else { touch });
         (touch, is_swallowed || touch.is_some_and(|touch| touch.gap <= 0.0))
+    }
+
+    /// The touch between the nearest points of both shapes, which are apart: from either to and fro to the nearest point of the other
+    /// (Cheney and Goldstein 1959, "Proximity maps for convex sets"). φ compares touches where it is a distance, and falls short of that
+    /// outside of a grid's box.
+    pub fn apart(&self, shapes: [&dyn Shape; 2], pose: &Pose, touch: Touch) -> Touch {
+        let (_, other) = self.field_and_other(shapes);
+        let mut best: Option<Touch> = None;
+        let mut point = touch.point;
+        for _ in 0..WAYS_TO_AND_FRO {
+            let tolerance = AT_SURFACE * touch.value.abs();
+            let field_point = NearestPoint { field: &self.field, start: point, tolerance }.find();
+            let way = point - field_point;
+            let gap = way.norm();
+            if best.is_some_and(|best| gap >= best.gap * (1.0 - SHORTENED)) {
+                break;
+            }
+            let Some(normal) = way.try_normalize(0.0) else { break };
+            best = Some(Touch { point, field_point, normal, gap, value: gap, ..touch });
+            let there = other.project_local_point(pose.inverse_transform_point(to_parry(field_point)), true);
+            if there.is_inside {
+                break;
+            }
+            point = to_core(pose.transform_point(there.point));
+        }
+        best.unwrap_or(touch)
     }
 
     /// The touch of a swallowed field that is given the nearest point of the other's surface: the field gets out if it moves there until

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | ray | sphere tracing (Hart 1996) with the field's slope bound, from where the ray enters its box |
 //! | nearest point | downhill onto the surface, then along it, to a local minimum of the distance: `nearest` |
-//! | mass | midpoints of 48 cells along the longest side, those at the surface by the fraction that is inside |
+//! | mass | cells that are cut at the surface, eight of each, as often as the budget allows; then by the fraction that is inside |
 //!
 //! [`SdfDispatcher`]: crate::SdfDispatcher
 
@@ -40,6 +40,8 @@ pub struct SdfShape {
 pub enum InvalidShape {
     /// The field has points with φ ≤ 0 at any distance, or none at all.
     Unbounded,
+    /// The field's box reaches beyond what parry's f32 holds.
+    TooFar,
     /// A face of the mesh names a vertex that is not there.
     VertexOutOfRange,
     /// The mesh has no faces.
@@ -52,6 +54,7 @@ impl std::fmt::Display for InvalidShape {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
             Self::Unbounded => "a collider needs a field with a finite, not empty inside: intersect it with a box",
+            Self::TooFar => "the box of a collider's field reaches beyond 3.4e38, the largest f32",
             Self::VertexOutOfRange => "a face of the mesh names a vertex that is not there",
             Self::NoFaces => "the mesh of a collider needs faces",
             Self::VertexNotFinite => "a vertex of the mesh is NaN or infinite",
@@ -70,8 +73,29 @@ const AT_SURFACE: f64 = 1e-6;
 /// Cells along the longest side in which a field is proven to be empty.
 const PROOF_CELLS: u32 = 64;
 
-/// Cells along the longest side in which mass is counted.
-const MASS_CELLS: f64 = 48.0;
+/// Cells along the longest side in which mass is counted first.
+const MASS_CELLS: f64 = 8.0;
+
+/// Evaluations that mass takes at most, but for those of the first cells.
+const MASS_EVALUATIONS: usize = 300_000;
+
+/// Volume, its first and its second moments.
+#[derive(Clone, Copy, Default)]
+struct Moments {
+    volume: f64,
+    first: Vector3<f64>,
+    second: Matrix3<f64>,
+}
+
+impl Moments {
+    /// Adds a share of a cube.
+    fn add_cube(&mut self, middle: Vector3<f64>, side: f64, share: f64) {
+        let volume = share * side.powi(3);
+        self.volume += volume;
+        self.first += middle * volume;
+        self.second += (middle * middle.transpose() + Matrix3::from_diagonal_element(side * side / 12.0)) * volume;
+    }
+}
 
 impl SdfShape {
     /// Any field of the core: a closed form, a baked grid, a combination. In the unit of the scene, negative inside.
@@ -83,6 +107,9 @@ impl SdfShape {
             return Err(InvalidShape::Unbounded);
         }
         let bounds = Aabb::new(to_parry(bounds.min.into()), to_parry(bounds.max.into()));
+        if !(bounds.mins.is_finite() && bounds.maxs.is_finite()) {
+            return Err(InvalidShape::TooFar);
+        }
         let shape = Self { field: Arc::new(field), bounds, inner_point: None, unit_mass: Arc::default(), mesh: None };
         let inner_point = shape.find_inner_point();
         if inner_point.is_none() && shape.is_empty() {
@@ -92,7 +119,8 @@ impl SdfShape {
     }
 
     /// The same with its surface as triangles, such as the mesh that was baked. They are needed where the other shape has none: against
-    /// half-spaces, and against other fields.
+    /// half-spaces, and against other fields. Against all others their vertices are points of contact, too: a body that moves and rests on
+    /// several of its own points needs them on wide triangles.
     pub fn with_mesh(self, points: &[[f64; 3]], faces: &[[u32; 3]]) -> Result<Self, InvalidShape> {
         if faces.is_empty() {
             return Err(InvalidShape::NoFaces);
@@ -145,29 +173,58 @@ impl SdfShape {
 
     /// Mass, centre and inertia at a density of one.
     fn integrate(&self) -> MassProperties {
-        let (low, extents) = (to_core(self.bounds.mins), to_core(self.bounds.extents()));
-        let cell = extents.max() / MASS_CELLS;
-        if cell <= 0.0 {
-            return MassProperties::default();
-        }
-        let [nx, ny, nz]: [u32; 3] = extents.map(|extent| (extent / cell).ceil().max(1.0) as u32).into();
-        let (mut volume, mut moment, mut products) = (0.0, Vector3::zeros(), Matrix3::zeros());
-        for (i, j, k) in (0..nz).flat_map(|k| (0..ny).flat_map(move |j| (0..nx).map(move |i| (i, j, k)))) {
-            let middle = low + Vector3::new(i, j, k).map(|index| (f64::from(index) + 0.5) * cell);
-            let share = (0.5 - self.field.value(middle) / cell).clamp(0.0, 1.0) * cell.powi(3);
-            volume += share;
-            moment += middle * share;
-            products += middle * middle.transpose() * share;
-        }
+        let Moments { volume, first, second } = self.moments();
         if volume <= 0.0 {
             return MassProperties::default();
         }
-        let centre = moment / volume;
-        let products = products - centre * centre.transpose() * volume;
+        let centre = first / volume;
+        let products = second - centre * centre.transpose() * volume;
         let inertia = Matrix3::from_diagonal_element(products.trace()) - products;
         let columns = [0, 1, 2].map(|axis| to_parry(inertia.column(axis).into()));
         let inertia = Matrix::from_cols(columns[0], columns[1], columns[2]);
         MassProperties::with_inertia_matrix(to_parry(centre), volume as f32, inertia)
+    }
+
+    /// Of cubes that lie wholly inside, and of shares of those that the surface meets: cut into eight as long as the budget lasts, so that
+    /// a body that is thin in its box is counted in cells as thin.
+    fn moments(&self) -> Moments {
+        let (low, extents) = (to_core(self.bounds.mins), to_core(self.bounds.extents()));
+        let mut moments = Moments::default();
+        let mut side = extents.max() / MASS_CELLS;
+        if side <= 0.0 {
+            return moments;
+        }
+        let [nx, ny, nz]: [u32; 3] = extents.map(|extent| (extent / side).ceil().max(1.0) as u32).into();
+        let cells = (0..nz).flat_map(|k| (0..ny).flat_map(move |j| (0..nx).map(move |i| Vector3::new(i, j, k))));
+        // About the middle of the box, so that a body that is symmetric is counted so.
+        let first = low + (extents - Vector3::new(nx, ny, nz).map(f64::from) * side) / 2.0;
+        let middle = |index: Vector3<u32>| first + index.map(|index| (f64::from(index) + 0.5) * side);
+        let mut cells: Vec<Vector3<f64>> = cells.map(middle).collect();
+        let mut evaluations = 0;
+        loop {
+            evaluations += cells.len();
+            let samples = cells.iter().map(|middle| (*middle, self.field.value(*middle)));
+            // No value in a cube is farther from that in its middle.
+            let reach = self.field.slope_bound() * side * 0.75_f64.sqrt();
+            let mut cut = vec![];
+            for (middle, value) in samples {
+                if value.abs() <= reach {
+                    cut.push((middle, value));
+                } else if value < 0.0 {
+                    moments.add_cube(middle, side, 1.0);
+                }
+            }
+            if cut.is_empty() || evaluations + 8 * cut.len() > MASS_EVALUATIONS {
+                for (middle, value) in cut {
+                    moments.add_cube(middle, side, (0.5 - value / side).clamp(0.0, 1.0));
+                }
+                return moments;
+            }
+            side *= 0.5;
+            let corners = (0..8).map(|corner| Vector3::new(corner & 1, corner >> 1 & 1, corner >> 2));
+            let steps: Vec<_> = corners.map(|corner| corner.map(|step| (f64::from(step) - 0.5) * side)).collect();
+            cells = cut.iter().flat_map(|(middle, _)| steps.iter().map(move |step| middle + step)).collect();
+        }
     }
 }
 

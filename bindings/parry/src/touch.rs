@@ -1,15 +1,18 @@
 //! Where does a field touch the triangles of a surface? At the lowest point of each triangle, and at the corners of those that touch:
 //! a side that lies flat on something is held by its corners, not by one point of each triangle.
 //!
-//! Balls and capsules are searched about their axes, too: `round`.
+//! Balls and capsules are searched about their axes, too: `round`. Where φ is no distance, outside of a grid's box and beyond a band, the
+//! nearest point of the field's surface is searched: `nearest`.
 
 use parry3d::shape::PackedFeatureId;
-use sdf_core::contact::{Contact, Element, Feature, Outcome, Row, contact, one_per_feature};
-use sdf_core::minimize::{Certified, FrankWolfe, Minimizer};
+use sdf_core::contact::{Contact, ContactStatus, Element, Feature, Outcome, Row, contact, one_per_feature};
+use sdf_core::minimize::{Certified, Minimizer, Newton};
 use sdf_core::nalgebra::Vector3;
 use sdf_core::placed::Rigid;
-use sdf_core::{AnyField, Sdf, Simplex};
+use sdf_core::{Aabb, AnyField, EnclosedSdf, Sdf, Simplex};
 
+use crate::footprint;
+use crate::nearest::NearestPoint;
 use crate::round::RoundSurface;
 use crate::search::Search;
 use crate::surface::{Part, Rounding, Surface};
@@ -40,12 +43,19 @@ impl Touch {
     }
 }
 
-/// All touches with φ ≤ margin, as far as the search finds them.
+/// Points on which a field stands are numbered from here on, as vertices; a triangle in a box has at most nine corners.
+const FIRST_FOOTPRINT: u32 = 1 << 28;
+const MOST_CORNERS: u32 = 9;
+
+/// A point is on the field's surface within this fraction of its distance from where the search began.
+const AT_SURFACE: f64 = 1e-6;
+
+/// All touches with φ ≤ margin, as far as the search finds them. Where φ is no distance, their values can be larger.
 pub(crate) fn touches(field: &AnyField, surface: &Surface, pose: &Rigid, margin: f64, search: Search) -> Vec<Touch> {
     let found = surface.parts.iter().zip(0..).map(|(part, number)| {
         let query = Query { field, part, number, pose, margin };
         match search {
-            Search::FrankWolfe => query.run(&FrankWolfe::default()),
+            Search::Local => query.run(&Newton::default()),
             Search::Certified => query.run(&Certified { evaluations: 256, ..Certified::default() }),
         }
     });
@@ -63,8 +73,7 @@ pub(crate) struct Query<'a> {
 
 impl Query<'_> {
     fn run<M: Minimizer<3> + Minimizer<1>>(&self, method: &M) -> Vec<Touch> {
-        // The true surface is nearer by as much.
-        let margin = self.margin + self.part.border() * self.field.slope_bound();
+        let margin = self.margin + self.part.border() * self.field.slope_bound() + self.error_at_border();
         let mut contacts = self.faces(method, margin);
         match self.part.rounding {
             Rounding::Swept { segment, radius } => {
@@ -72,13 +81,22 @@ impl Query<'_> {
                 RoundSurface { query: self, segment, radius }.touches(method, contacts)
             }
             rounding => {
-                contacts.extend(self.corners(method, &contacts, margin));
+                let further = [self.corners(method, &contacts, margin), self.footprints(method, &contacts, margin)];
+                contacts.extend(further.into_iter().flatten());
                 let count = one_per_feature(&mut contacts);
                 contacts.truncate(count);
                 let border = if let Rounding::Border(border) = rounding { border } else { 0.0 };
                 contacts.iter().filter_map(|contact| self.touch(contact, border)).collect()
             }
         }
+    }
+
+    /// How much farther triangles may be by φ than they are, where a border around them is wider than a grid's band.
+    fn error_at_border(&self) -> f64 {
+        let Rounding::Border(border) = self.part.rounding else { return 0.0 };
+        let error = self.field.error_bound(&Aabb::EVERYWHERE);
+        let above = if border < error.levels.upper { error.near } else { error.above };
+        if above.is_finite() { above.max(0.0) } else { 0.0 }
     }
 
     /// The lowest point of each triangle.
@@ -110,6 +128,19 @@ impl Query<'_> {
         found.flatten().collect()
     }
 
+    /// Points on which the field stands, of these faces that are larger than it.
+    fn footprints<M: Minimizer<1>>(&self, method: &M, faces: &[Contact<f64>], margin: f64) -> Vec<Contact<f64>> {
+        let (bounds, extent) = (self.field.bounds(0.0), self.field.extent());
+        let of_face = |face: &Contact<f64>| {
+            let simplex = Simplex { corners: face.vertices.map(|vertex| self.corner(vertex)) };
+            let is_wide = simplex.longest_edge() > extent;
+            let corners = if is_wide { footprint::corners(simplex.corners, &bounds, margin) } else { vec![] };
+            let first = FIRST_FOOTPRINT.wrapping_add(face.element.wrapping_mul(MOST_CORNERS));
+            (first..).zip(corners).filter_map(|(id, at)| self.point(method, id, at, margin)).collect::<Vec<_>>()
+        };
+        faces.iter().flat_map(of_face).collect()
+    }
+
     pub fn point<M: Minimizer<1>>(&self, method: &M, id: u32, at: Vector3<f64>, margin: f64) -> Option<Contact<f64>> {
         let element = Element { id, vertices: [id], simplex: Simplex { corners: [at] } };
         match contact(self.field, method, margin, &element) {
@@ -126,7 +157,23 @@ impl Query<'_> {
         let feature = self.feature(contact.feature);
         let touch =
             Touch { point, field_point: row.surface_point, normal: row.normal, gap: row.gap, value, border, feature };
-        (value <= self.margin).then_some(touch)
+        if value > self.margin {
+            return None;
+        }
+        let is_distance = !matches!(contact.status, ContactStatus::OutsideGrid | ContactStatus::BeyondBand);
+        Some(if is_distance { touch } else { self.measured(contact, touch) })
+    }
+
+    /// The touch by the nearest point of the field's surface, in place of by φ.
+    fn measured(&self, contact: &Contact<f64>, touch: Touch) -> Touch {
+        let tolerance = AT_SURFACE * contact.distance.abs();
+        let field_point = NearestPoint { field: self.field, start: contact.point, tolerance }.find();
+        let side = if contact.distance < 0.0 { -1.0 } else { 1.0 };
+        let way = (contact.point - field_point) * side;
+        let Some(normal) = way.try_normalize(tolerance) else { return touch };
+        let gap = way.norm() * side - touch.border;
+        let value = if gap > 0.0 { gap * self.field.slope_bound().min(1.0) } else { gap };
+        Touch { point: contact.point - normal * touch.border, field_point, normal, gap, value, ..touch }
     }
 
     fn corner(&self, vertex: u32) -> Vector3<f64> {

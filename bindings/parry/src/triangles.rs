@@ -6,7 +6,7 @@
 //! | cuboid | each side in up to 4 × 4 squares, so that a wide side can rest on several bumps |
 //! | cylinder, cone | 32 around, inscribed |
 //! | convex polyhedron, mesh, height field, voxels, triangle | its own |
-//! | segment, polyline | triangles without area |
+//! | segment, polyline, ball or capsule without a radius | triangles without area |
 //! | rounded shape | those of the shape within, and a border around them |
 //! | compound | those of its parts |
 //! | field | the mesh that it was given |
@@ -46,8 +46,12 @@ pub(crate) fn surface_of(shape: &dyn Shape) -> Option<Arc<Surface>> {
 
 fn part_of(shape: TypedShape) -> Option<Part> {
     let part = match shape {
+        TypedShape::Ball(ball) if ball.radius <= 0.0 => of_triangles((vec![Vector::ZERO], vec![[0; 3]])),
         TypedShape::Ball(ball) => {
             swept(of_triangles(ball.to_trimesh(AROUND, AROUND / 2)), [Vector::ZERO; 2], ball.radius)
+        }
+        TypedShape::Capsule(Capsule { segment, radius }) if *radius <= 0.0 => {
+            of_triangles((vec![segment.a, segment.b], vec![[0, 1, 1]]))
         }
         TypedShape::Capsule(capsule) => of_capsule(capsule),
         TypedShape::Cuboid(cuboid) => of_cuboid(cuboid),
@@ -78,7 +82,8 @@ fn part_of(shape: TypedShape) -> Option<Part> {
         }
         _ => return None,
     };
-    Some(part)
+    let is_finite = part.points.as_flattened().iter().all(|x| x.is_finite()) && part.border().is_finite();
+    is_finite.then_some(part)
 }
 
 fn of_triangles((points, faces): (Vec<Vector>, Vec<[u32; 3]>)) -> Part {

@@ -305,7 +305,7 @@ fn a_field_rests_on_a_plane_a_box_and_another_field() {
         (SharedShape::new(slab), -0.5),
     ];
     for (ground, height) in grounds {
-        let mut world = World::with_fields(Search::FrankWolfe);
+        let mut world = World::with_fields(Search::Local);
         world.colliders.insert(ColliderBuilder::new(ground.clone()).translation(Vector::new(0.0, 0.0, height)));
         let body = world.add(SharedShape::new(cube()), Vector::new(0.1, 0.0, 0.8), Vector::new(0.1, 0.2, 0.0));
         (0..600).for_each(|_| world.step());
@@ -319,7 +319,7 @@ fn a_field_rests_on_a_plane_a_box_and_another_field() {
 /// A bullet does not pass a thin wall that is a field.
 #[test]
 fn a_fast_ball_does_not_tunnel() {
-    let mut world = World::with_fields(Search::FrankWolfe);
+    let mut world = World::with_fields(Search::Local);
     world.add_ground(shapes::Cuboid::new([0.05, 2.0, 2.0]).unwrap().into());
     let bullet =
         RigidBodyBuilder::dynamic().translation(Vector::new(-3.0, 0.0, 0.0)).linvel(Vector::new(200.0, 0.0, 0.0));

@@ -29,7 +29,7 @@ fn box_ball_capsule_and_mesh_rest_on_a_baked_grid() {
     let ground = bake(&slab, 0.06);
     let mesh = TriangleMesh::new(&slab.0, &slab.1).unwrap();
     let truth = MeshDistance::new(&mesh, None);
-    for search in [Search::FrankWolfe, Search::Certified] {
+    for search in [Search::Local, Search::Certified] {
         let (mut world, bodies) = four_bodies_on(ground.clone(), search);
         let points: Vec<Vec<Vector>> = bodies.iter().map(|(_, _, shape, _)| surface_points(shape)).collect();
         (0..10 * STEPS).for_each(|_| world.step());

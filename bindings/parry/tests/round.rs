@@ -19,7 +19,7 @@ const HALF: [f32; 3] = [0.5, 0.7, 0.9];
 
 const RADII: [f32; 5] = [0.1, 0.3, 1.0, 3.0, 10.0];
 
-const SEARCHES: [Search; 2] = [Search::FrankWolfe, Search::Certified];
+const SEARCHES: [Search; 2] = [Search::Local, Search::Certified];
 
 fn dispatcher(search: Search) -> impl PersistentQueryDispatcher<(), ()> {
     SdfDispatcher { search }.chain(DefaultQueryDispatcher)
