@@ -75,6 +75,11 @@ check_board() {
         "data $(section .data), bss $(section .bss) bytes; no panic, no allocator"
 
     run_board "$elf" >"$target_dir/board.txt" || fail "$name: the board ended with status $?"
+    local unused
+    unused=$(sed -n 's/^bytes of stack never used: //p' "$target_dir/board.txt")
+    ((${unused:-0} >= 128)) || fail "$name: the stack has ${unused:-0} bytes left of the board's RAM: beyond them contacts are wrong without a word"
+    echo "firmware: $name: $unused bytes of RAM are left by the stack"
+    sed -i '$d' "$target_dir/board.txt"
     diff --label host --label board -u "$target_dir/host.txt" "$target_dir/board.txt" ||
         fail "$name: the board's contact differs from the host's"
 }

@@ -6,7 +6,7 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
-mod page;
+pub mod page;
 
 use core::hint::black_box;
 
