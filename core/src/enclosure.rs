@@ -86,13 +86,6 @@ pub trait EnclosedSdf: Sdf {
         ErrorBound::EXACT
     }
 
-    /// Lower bound of φ in a region about a point, in less time than φ there takes; −∞ where there is none. A grid with block bounds has
-    /// that of the block in which the point's cell lies.
-    #[inline(always)]
-    fn lowest_about<R: Float>(&self, _point: Vector3<R>) -> R {
-        R::from_f64(f64::NEG_INFINITY)
-    }
-
     /// [`Sdf::evaluate`] at a point of an element, by the parts that can be the minimum there: the same bits.
     #[inline(always)]
     fn evaluate_near<R: Real>(&self, point: Vector3<R>, _near: &NearParts<R>) -> Sample<R> {

@@ -219,6 +219,30 @@ impl<S: Storage> Sdf for Grid<S> {
         let ((_, spacing, _), [x, y, z]) = (self.lattice.in_numbers::<R>(), self.lattice.cells());
         spacing * R::from_f64(f64::from(x.max(y).max(z)))
     }
+
+    /// None for several lanes.
+    #[inline(always)]
+    fn lowest_about<R: Real>(&self, point: Vector3<R>) -> R {
+        let mut lowest = R::from_f64(f64::NEG_INFINITY);
+        if R::LANES == 1 && S::HAS_BLOCK_BOUNDS {
+            lowest.set_lane(0, self.lowest_in_block(point.map(|x| x.lane(0))));
+        }
+        lowest
+    }
+}
+
+impl<S: Storage> Grid<S> {
+    /// Lower bound of φ in the block of a point's cell.
+    #[inline(always)]
+    fn lowest_in_block<R: Float>(&self, point: Vector3<R>) -> R {
+        let none = R::from_f64(f64::NEG_INFINITY);
+        let Some(cell) = evaluate::cell_of(&self.lattice, point) else { return none };
+        // All corners are in one block, or there is no bound.
+        if brick_slot(cell) != brick_slot(cell.map(|first| first.saturating_add(1))) {
+            return none;
+        }
+        self.storage.block_bounds(cell, cell).map_or(none, |bounds| R::from_stored(bounds.range.lower))
+    }
 }
 
 impl<S: Storage> EnclosedSdf for Grid<S> {
@@ -248,20 +272,6 @@ impl<S: Storage> EnclosedSdf for Grid<S> {
         let slope_bound = slope_bound_with_outside(slope, may_be_negative);
         let range = Interval { lower, upper: f64::INFINITY };
         BoxEnclosure { range, slope_bound: slope_bound.min(self.slope_bound()) }
-    }
-
-    #[inline(always)]
-    fn lowest_about<R: Float>(&self, point: Vector3<R>) -> R {
-        let none = R::from_f64(f64::NEG_INFINITY);
-        if !S::HAS_BLOCK_BOUNDS {
-            return none;
-        }
-        let Some(cell) = evaluate::cell_of(&self.lattice, point) else { return none };
-        // All corners are in one block, or there is no bound.
-        if brick_slot(cell) != brick_slot(cell.map(|first| first.saturating_add(1))) {
-            return none;
-        }
-        self.storage.block_bounds(cell, cell).map_or(none, |bounds| R::from_stored(bounds.range.lower))
     }
 
     /// Outside the box φ exceeds d by no more than at its border: φ(x) = √(s² + φ(P)²) for the nearest point P of the box, s away,

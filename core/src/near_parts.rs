@@ -66,8 +66,14 @@ impl<R: Real> NearParts<R> {
     #[inline(always)]
     pub(crate) fn add(&mut self, part: usize, value: R, spread: R) {
         self.upper = self.upper.min(value + spread);
+        self.add_above(part, value - spread);
+    }
+
+    /// Adds a part that lies above `lower` on the element, unless another is lower everywhere.
+    #[inline(always)]
+    pub(crate) fn add_above(&mut self, part: usize, lower: R) {
         // Not by ≤, which is false of NaN.
-        let is_excluded = self.upper.lt(value - spread);
+        let is_excluded = self.upper.lt(lower);
         self.parts.0 |= u32::from((!is_excluded).any()).rotate_left(part as u32);
     }
 }

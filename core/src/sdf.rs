@@ -84,6 +84,13 @@ pub trait Sdf {
         self.evaluate(point).value
     }
 
+    /// Lower bound of φ in a region about a point, to within the rounding of a value there, and in less time than that takes; −∞ where
+    /// there is none. A grid with block bounds has that of the block in which the point's cell lies. A union passes over parts by it.
+    #[inline(always)]
+    fn lowest_about<R: Real>(&self, _point: Vector3<R>) -> R {
+        R::from_f64(f64::NEG_INFINITY)
+    }
+
     /// φ, and in place of ∇φ a gradient that is continuous wherever φ's own is so but for its interpolation: what a contact's
     /// normal is made of. A grid averages its gradient over a cell about the point; closed forms return ∇φ itself.
     ///

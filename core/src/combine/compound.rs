@@ -52,33 +52,48 @@ impl<F: Sdf, S: Deref<Target = [F]>> Compound<S> {
     /// Combines what `get` returns for each part. There is at least one, so that `none` is never returned.
     #[inline(always)]
     fn combine<T>(&self, none: T, mut get: impl FnMut(&F) -> T, combine: impl FnMut(T, T) -> T) -> T {
-        self.combine_among(PartSet::ALL, none, |_, part| get(part), combine)
+        self.combine_among(PartSet::ALL, none, |_, part, _| Some(get(part)), combine)
     }
 
-    /// The same of the parts in a set.
+    /// The same of the parts in a set. `get` also hears what is combined so far, if anything is, and may pass a part over.
     #[inline(always)]
     fn combine_among<T>(
         &self,
         parts: PartSet,
         none: T,
-        mut get: impl FnMut(usize, &F) -> T,
+        mut get: impl FnMut(usize, &F, Option<&T>) -> Option<T>,
         mut combine: impl FnMut(T, T) -> T,
     ) -> T {
         let (mut combined, mut is_first) = (none, true);
         let mut index = parts.next_from(0);
         // Not by `reduce`, where what `get` does would stand twice.
         while let Some(part) = self.parts().get(index) {
-            let next = get(index, part);
-            combined = if is_first { next } else { combine(combined, next) };
-            is_first = false;
+            if let Some(next) = get(index, part, (!is_first).then_some(&combined)) {
+                combined = if is_first { next } else { combine(combined, next) };
+                is_first = false;
+            }
             index = parts.next_from(index.wrapping_add(1));
         }
         combined
     }
 
+    /// A bound of a part's value at a point that is above `lowest` in all lanes, if the part knows one without an evaluation: its value
+    /// there is neither the lowest nor equal to it.
+    #[inline(always)]
+    fn bound_above<R: Real>(&self, part: &F, point: Vector3<R>, lowest: R) -> Option<R> {
+        let bound = part.lowest_about(point);
+        // The first comparison is false of −∞, so that nothing is left of both where a part knows none.
+        let is_above = lowest.lt(bound) & lowest.lt(bound - spread(FieldScale::new(self), point, R::zero(), bound));
+        (!(!is_above).any()).then_some(bound)
+    }
+
     #[inline(always)]
     fn evaluate_among<R: Real>(&self, parts: PartSet, point: Vector3<R>) -> Sample<R> {
-        self.combine_among(parts, Sample::new(R::zero(), Vector3::zeros()), |_, part| part.evaluate(point), lower)
+        let get = |_, part: &F, lowest: Option<&Sample<R>>| match lowest {
+            Some(lowest) if self.bound_above(part, point, lowest.value).is_some() => None,
+            _ => Some(part.evaluate(point)),
+        };
+        self.combine_among(parts, Sample::new(R::zero(), Vector3::zeros()), get, lower)
     }
 }
 
@@ -87,7 +102,7 @@ impl<F: Sdf, S: Deref<Target = [F]>> Sdf for Compound<S> {
 
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
-        self.evaluate_among(PartSet::ALL, point)
+        self.combine(Sample::new(R::zero(), Vector3::zeros()), |part| part.evaluate(point), lower)
     }
 
     #[inline]
@@ -97,7 +112,11 @@ impl<F: Sdf, S: Deref<Target = [F]>> Sdf for Compound<S> {
 
     #[inline]
     fn value<R: Real>(&self, point: Vector3<R>) -> R {
-        self.combine(R::zero(), |part| part.value(point), lower_value)
+        let get = |_, part: &F, lowest: Option<&R>| match lowest {
+            Some(lowest) if self.bound_above(part, point, *lowest).is_some() => None,
+            _ => Some(part.value(point)),
+        };
+        self.combine_among(PartSet::ALL, R::zero(), get, lower_value)
     }
 
     fn bounds(&self, level: f64) -> Aabb {
@@ -141,11 +160,15 @@ impl<F: EnclosedSdf, S: Deref<Target = [F]>> EnclosedSdf for Compound<S> {
     fn narrow<R: Real>(&self, point: Vector3<R>, radius: R, near: &mut NearParts<R>) -> Sample<R> {
         let (scale, none) = (FieldScale::new(self), Sample::new(R::zero(), Vector3::zeros()));
         let (mut left, mut is_finite) = (near.emptied(), !R::Mask::NONE);
-        let get = |index, part: &F| {
+        let get = |index, part: &F, lowest: Option<&Sample<R>>| {
+            if let Some(bound) = lowest.and_then(|lowest| self.bound_above(part, point, lowest.value)) {
+                left.add_above(index, bound - spread(scale, point, radius, bound));
+                return None;
+            }
             let sample = part.evaluate(point);
             is_finite = is_finite & sample.value.is_finite();
             left.add(index, sample.value, spread(scale, point, radius, sample.value));
-            sample
+            Some(sample)
         };
         let lowest = self.combine_among(near.parts, none, get, lower);
         // Whether a NaN is the answer depends on all parts. None is left of a field that is steeper than its slope bound.

@@ -1,6 +1,6 @@
 use nalgebra::Vector3;
 
-use crate::number::{Float, Real};
+use crate::number::Real;
 use crate::{Aabb, EnclosedSdf, ErrorBound, NearParts, Sample, Sdf};
 
 /// A field whose contacts have its own gradient as normal, which on a grid jumps at the faces of cells. The code of smooth normals,
@@ -38,15 +38,15 @@ impl<F: Sdf> Sdf for PlainNormals<F> {
     fn extent<R: Real>(&self) -> R {
         self.0.extent()
     }
+    #[inline(always)]
+    fn lowest_about<R: Real>(&self, point: Vector3<R>) -> R {
+        self.0.lowest_about(point)
+    }
 }
 
 impl<F: EnclosedSdf> EnclosedSdf for PlainNormals<F> {
     fn error_bound(&self, region: &Aabb) -> ErrorBound {
         self.0.error_bound(region)
-    }
-    #[inline(always)]
-    fn lowest_about<R: Float>(&self, point: Vector3<R>) -> R {
-        self.0.lowest_about(point)
     }
     #[inline(always)]
     fn evaluate_near<R: Real>(&self, point: Vector3<R>, near: &NearParts<R>) -> Sample<R> {

@@ -1,3 +1,4 @@
+use std::cell::Cell;
 use std::vec::Vec;
 
 use nalgebra::Vector3;
@@ -9,6 +10,7 @@ use crate::placed::{Placed, Posed, Rigid, Similarity};
 use crate::shapes::{Cuboid, Sphere, Torus};
 use crate::{Aabb, EnclosedSdf, Lanes, Sample, Sdf, Simplex, delegate_sdf};
 
+#[derive(Clone)]
 enum Shape {
     Ball(Sphere),
     Block(Cuboid),
@@ -39,6 +41,42 @@ impl<F: Sdf> Sdf for Whole<F> {
 }
 
 impl<F: Sdf> EnclosedSdf for Whole<F> {}
+
+/// A true distance that knows the box around its surface, and counts its evaluations.
+struct Boxed<F> {
+    field: F,
+    evaluations: Cell<u32>,
+}
+
+impl<F: Sdf> Sdf for Boxed<F> {
+    fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
+        self.evaluations.set(self.evaluations.get() + 1);
+        self.field.evaluate(point)
+    }
+    fn bounds(&self, level: f64) -> Aabb {
+        self.field.bounds(level)
+    }
+    fn slope_bound(&self) -> f64 {
+        self.field.slope_bound()
+    }
+    fn magnitude<R: Real>(&self) -> R {
+        self.field.magnitude()
+    }
+    fn extent<R: Real>(&self) -> R {
+        self.field.extent()
+    }
+    fn lowest_about<R: Real>(&self, point: Vector3<R>) -> R {
+        let Aabb { min, max } = self.bounds(0.0);
+        let [x, y, z] = [0, 1, 2].map(|k| (R::from_f64(min[k]) - point[k]).max(point[k] - R::from_f64(max[k])));
+        x.max(y).max(z)
+    }
+}
+
+impl<F: EnclosedSdf> EnclosedSdf for Boxed<F> {}
+
+fn boxed<F>(parts: Vec<F>) -> Vec<Boxed<F>> {
+    parts.into_iter().map(|field| Boxed { field, evaluations: Cell::new(0) }).collect()
+}
 
 /// Numbers from −1 to 1 (Marsaglia 2003, "Xorshift RNGs").
 struct Random(u32);
@@ -96,18 +134,21 @@ fn search<F: EnclosedSdf, R: Real>(field: &F, simplex: &Simplex<R, 3>) -> [Minim
 
 /// Searches of triangles of several sizes about `center`, with what is known of the parts and without.
 fn check<F: EnclosedSdf>(field: &F, center: [f64; 3], random: &mut Random) {
-    let whole = Whole(field);
+    check_against(field, &Whole(field), center, random);
+}
+
+fn check_against(field: &impl EnclosedSdf, whole: &impl EnclosedSdf, center: [f64; 3], random: &mut Random) {
     for round in 0..60 {
         let size = [0.02, 0.2, 2.0][round % 3];
         let simplices = [0; 4].map(|_| random.triangle(size, center));
         for simplex in &simplices {
-            assert_eq!(search(field, simplex), search(&whole, simplex));
+            assert_eq!(search(field, simplex), search(whole, simplex));
             let double = Simplex { corners: simplex.corners.map(|corner| corner.map(f64::from)) };
-            assert_eq!(search(field, &double), search(&whole, &double));
+            assert_eq!(search(field, &double), search(whole, &double));
         }
         let lanes = |k: usize, axis: usize| Lanes(simplices.map(|simplex| simplex.corners[k][axis]));
         let corners = [0, 1, 2].map(|k| Vector3::new(lanes(k, 0), lanes(k, 1), lanes(k, 2)));
-        assert_eq!(search(field, &Simplex { corners }), search(&whole, &Simplex { corners }));
+        assert_eq!(search(field, &Simplex { corners }), search(whole, &Simplex { corners }));
     }
 }
 
@@ -132,6 +173,39 @@ fn so_it_has_where_the_union_is_placed_far_from_its_own_frame() {
         check(&Placed { field: &union, placement }, center, &mut random);
         check(&Compound::new(random.parts(9, center)).unwrap(), center, &mut random);
     }
+}
+
+/// Near a part and far from all, in the frame of the union and far from its origin.
+#[test]
+fn parts_that_know_their_box_are_passed_over_without_another_bit() {
+    let mut random = Random(17);
+    for (count, far) in [(2, 0.0), (9, 0.0), (33, 0.0), (70, 0.0), (9, 1e3), (9, 1e5)] {
+        let center = [far, -far, 0.5 * far];
+        let parts = random.parts(count, center);
+        let (plain, knowing) = (Compound::new(parts.clone()).unwrap(), Compound::new(boxed(parts)).unwrap());
+        check_against(&knowing, &Whole(&plain), center, &mut random);
+        for size in [1.0, 3.0, 30.0] {
+            for _ in 0..300 {
+                let point = Vector3::from(random.point(size)) + Vector3::from(center);
+                assert_eq!(knowing.evaluate(point), plain.evaluate(point));
+                assert_eq!(knowing.value(point), plain.value(point));
+                let point = point.map(|x| x as f32);
+                assert_eq!(knowing.evaluate(point), plain.evaluate(point));
+            }
+        }
+    }
+}
+
+#[test]
+fn few_parts_that_know_their_box_are_evaluated() {
+    let mut random = Random(19);
+    let union = Compound::new(boxed(random.parts(30, [0.0; 3]))).unwrap();
+    let rounds = 100;
+    for _ in 0..rounds {
+        union.value(Vector3::from(random.point(2.0)));
+    }
+    let evaluated: u32 = union.parts().iter().map(|part| part.evaluations.get()).sum();
+    assert!(evaluated < 10 * rounds, "{evaluated} of {}", 30 * rounds);
 }
 
 #[test]

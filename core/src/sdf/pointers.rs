@@ -51,6 +51,11 @@ macro_rules! forward {
                 field.value(point)
             }
             #[inline(always)]
+            fn lowest_about<R: Real>(&self, point: Vector3<R>) -> R {
+                let field: &$field = self;
+                field.lowest_about(point)
+            }
+            #[inline(always)]
             fn evaluate_smooth<R: Float>(&self, point: Vector3<R>) -> Sample<R> {
                 let field: &$field = self;
                 field.evaluate_smooth(point)
@@ -102,11 +107,6 @@ macro_rules! forward {
             fn linearization_error(&self, region: &Aabb) -> f64 {
                 let field: &$field = self;
                 field.linearization_error(region)
-            }
-            #[inline(always)]
-            fn lowest_about<R: Float>(&self, point: Vector3<R>) -> R {
-                let field: &$field = self;
-                field.lowest_about(point)
             }
             #[inline(always)]
             fn evaluate_near<R: Real>(&self, point: Vector3<R>, near: &NearParts<R>) -> Sample<R> {

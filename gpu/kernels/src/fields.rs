@@ -145,6 +145,9 @@ pub struct Part {
     /// There without a place, too, so that it is read before the answer to that question, together with it.
     pose: Similarity,
     is_placed: bool,
+    /// The middle of the box around its surface, in the frame of the union, and half of its sides.
+    center: [f32; 3],
+    half: [f32; 3],
 }
 
 impl Part {
@@ -173,6 +176,15 @@ impl Sdf for Part {
     fn extent<R: Real>(&self) -> R {
         self.posed().extent()
     }
+    /// All shapes are true distances: none is below the signed distance to the box around it, nor that below the largest along an axis.
+    #[inline(always)]
+    fn lowest_about<R: Real>(&self, point: Vector3<R>) -> R {
+        // SAFETY: all parts are in the card's memory.
+        let Part { center, half, .. } = unsafe { in_card_memory(self) };
+        let number = |x: f32| R::from_f64(x.into());
+        let beyond = |k: usize| (point[k] - number(center[k])).abs() - number(half[k]);
+        beyond(0).max(beyond(1)).max(beyond(2))
+    }
 }
 
 /// One copy of the code of all shapes: a warp waits longer for code that it has not run yet than for a call. Arguments and answer are in
@@ -181,7 +193,7 @@ impl Sdf for Part {
 #[inline(never)]
 extern "C" fn evaluate_part<R: Real>(part: &Part, x: R, y: R, z: R) -> Sample<R> {
     // SAFETY: all parts are in the card's memory.
-    let Part { shape, pose, is_placed } = unsafe { in_card_memory(part) };
+    let Part { shape, pose, is_placed, .. } = unsafe { in_card_memory(part) };
     let point = Vector3::new(x, y, z);
     let pulled = pose.pull(point);
     let local = shape.evaluate(if *is_placed { pulled.point } else { point });
@@ -298,7 +310,12 @@ pub fn part(params: &ShapeParams) -> Option<Part> {
         true => Similarity::new(params.translation, params.rotation, params.scale)?,
         false => Similarity::new([0.0; 3], [0.0, 0.0, 0.0, 1.0], 1.0)?,
     };
-    Some(Part { shape, pose, is_placed })
+    let mut part = Part { shape, pose, is_placed, center: [0.0; 3], half: [0.0; 3] };
+    let Aabb { min, max } = part.bounds(0.0);
+    for k in 0..3 {
+        (part.center[k], part.half[k]) = ((0.5 * (min[k] + max[k])) as f32, (0.5 * (max[k] - min[k])) as f32);
+    }
+    Some(part)
 }
 
 /// # Safety
