@@ -47,7 +47,7 @@ enum ErrorWords {
 
 /// The file that a mesh was read from.
 #[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields, default, expecting = "an object with name and sha256")]
 struct SourceWords {
     name: String,
     /// In hexadecimal digits.
@@ -109,10 +109,7 @@ impl BakeWords {
             precision,
             band: self.band.unwrap_or(default.band),
             padding: self.padding.unwrap_or(default.padding),
-            sign: match self.sign.as_deref() {
-                None | Some("auto") => None,
-                Some(name) => Some(choice("sign", name, &SIGNS)?),
-            },
+            sign: self.sign.as_deref().map_or(Ok(None), |name| choice("sign", name, &SIGNS))?,
             inner_faces: match self.inner_faces.as_deref() {
                 None => default.inner_faces,
                 Some(name) => choice("innerFaces", name, &INNER_FACES)?,
@@ -143,7 +140,8 @@ impl BakeWords {
     }
 }
 
-const SIGNS: [(&str, SignMethod); 2] = [("pseudo-normal", SignMethod::PseudoNormal), ("winding", SignMethod::Winding)];
+const SIGNS: [(&str, Option<SignMethod>); 3] =
+    [("auto", None), ("pseudo-normal", Some(SignMethod::PseudoNormal)), ("winding", Some(SignMethod::Winding))];
 
 const INNER_FACES: [(&str, InnerFaces); 2] = [("drop", InnerFaces::Drop), ("keep", InnerFaces::Keep)];
 

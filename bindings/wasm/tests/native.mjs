@@ -199,6 +199,16 @@ const wrong = [
   [() => body.contacts(tetrahedron, { reduce: { count: 4 } }), /movement/],
   [() => body.contacts(tetrahedron, { pose: { rotation: [0, 0, 0, 0] } }), /quaternion/],
   [() => freed.sample([0, 0, 0]), /freed/],
+  // What JSON would leave out.
+  [() => body.contacts(tetrahedron, { margin: () => 1 }), /^TypeError: margin: give a number, a text, true or false, not a function$/],
+  [() => body.contacts(tetrahedron, { progress() {} }), /^TypeError: progress: /],
+  [() => sdf.bake(tetrahedron, { res: Symbol("8") }), /^TypeError: res: .*not a symbol$/],
+  ...[new Map([["margin", 0.1]]), [0.1], 0.1, () => 1].map(options => [() => body.contacts(tetrahedron, options), /^TypeError: options: give an object/]),
+  [() => sdf.bake(tetrahedron, new Map([["res", 8]])), /^TypeError: options: give an object/],
+  [() => sdf.bake(tetrahedron, { sign: "guess" }), /give one of auto, pseudo-normal, winding$/],
+  [() => sdf.bake(tetrahedron, { source: 5 }), /^Error: source: .*an object with name and sha256$/],
+  [() => sdf.mesh(stored), /^TypeError: name: give the name of the file/],
+  [() => sdf.open(stored, 5), /^TypeError: name: give the name of the file/],
 ];
 for (const [call, message] of wrong) assert.throws(call, message, String(call));
 // Null stands for no options.
@@ -250,6 +260,24 @@ async function loadOpened() {
   field.sample(new Float64Array(3 * count));
   const taken = exports.memory.buffer.byteLength - start;
   assert(taken <= 57 * count + 2 ** 20, `${taken} bytes for ${count} samples`);
+}
+
+// An array of numbers is one, typed or not.
+{
+  const [translation, rotation] = [[0.1, 0.2, 0.3], [0, 0, 0.6, 0.8]];
+  const typed = body.contacts(tetrahedron, { margin: 0.5, pose: { translation: new Float64Array(translation), rotation: new Float64Array(rotation) } });
+  assert.deepEqual(typed.point, body.contacts(tetrahedron, { margin: 0.5, pose: { translation, rotation } }).point);
+  assert.throws(() => body.contacts(tetrahedron, { pose: { translation: new Float32Array([0, NaN, 0]) } }), /translation: NaN/);
+}
+
+// A call where the stack is full ends the module, and says why.
+{
+  const { sdf: full } = await loadOpened();
+  const field = full.open(stored);
+  const deeper = () => { try { deeper(); } catch (error) { if (!full.isDead) field.contacts(tetrahedron, { margin: 0.5, method: "certified" }); } };
+  let reason;
+  try { deeper(); } catch (error) { reason = error; }
+  assert(!full.isDead || !/out of memory/.test(reason.message), reason?.message);
 }
 
 // Addresses above 2 GiB. Pages that nobody writes to take no memory.

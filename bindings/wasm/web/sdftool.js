@@ -17,7 +17,8 @@ export async function load(source = new URL("./sdftool.wasm", import.meta.url)) 
 }
 
 async function bytesOf(source) {
-  if (source instanceof ArrayBuffer || ArrayBuffer.isView(source)) return source;
+  if (source instanceof ArrayBuffer) return source;
+  if (ArrayBuffer.isView(source)) return new Uint8Array(source.buffer, source.byteOffset, source.byteLength);
   if (new URL(source, import.meta.url).protocol == "file:" && globalThis.process?.versions?.node) {
     return (await import("node:fs/promises")).readFile(new URL(source, import.meta.url));
   }
@@ -26,8 +27,11 @@ async function bytesOf(source) {
   return response.arrayBuffer();
 }
 
-// JSON has null for a number that is not finite, and null means the default.
+// JSON has null for a number that is not finite, and null means the default; functions and symbols it leaves out, and of an array of numbers
+// it makes an object.
 function finite(name, value) {
+  if (typeof value == "function" || typeof value == "symbol") throw new TypeError(`${name}: give a number, a text, true or false, not a ${typeof value}`);
+  if (ArrayBuffer.isView(value) && "length" in value) return Array.from(value, x => finite(name, x));
   const wrong = [value].flat().find(x => typeof x == "number" && !Number.isFinite(x));
   if (wrong !== undefined) throw new Error(`${name}: ${wrong} is not a finite number`);
   return value;
@@ -49,6 +53,18 @@ function fileBytes(bytes) {
   // An ArrayBuffer of another frame is not an instance of ours.
   if (/^\[object (Shared)?ArrayBuffer\]$/.test(Object.prototype.toString.call(bytes))) return new Uint8Array(bytes);
   throw new TypeError("bytes: give an ArrayBuffer or a view of one, such as a Uint8Array");
+}
+
+// Options by their names. A map or an array has none, and would be taken for no options.
+function named(options = {}) {
+  if (options === null) return {};
+  if (Object.prototype.toString.call(options) != "[object Object]") throw new TypeError("options: give an object, such as { margin: 0.01 }");
+  return options;
+}
+
+function nameOf(name) {
+  if (typeof name != "string") throw new TypeError('name: give the name of the file as text, such as "dragon.obj"');
+  return name;
 }
 
 // A mesh with what is needed of it. One whose parts have other names would be taken for an empty one.
@@ -74,12 +90,12 @@ export class Sdftool {
   }
 
   mesh(bytes, name) {
-    const { answer, f64s, u32s } = this.call({ call: "mesh", name }, { bytes: fileBytes(bytes) });
+    const { answer, f64s, u32s } = this.call({ call: "mesh", name: nameOf(name) }, { bytes: fileBytes(bytes) });
     return { points: f64s, faces: u32s, source: answer.source };
   }
 
   bake(mesh, options) {
-    const [{ points, faces, source }, { progress, ...words }] = [meshOf(mesh), options ?? {}];
+    const [{ points, faces, source }, { progress, ...words }] = [meshOf(mesh), named(options)];
     if (progress != undefined && typeof progress != "function") throw new TypeError("progress: give a function");
     // A bake in the progress of another.
     const outer = [this.#progress, this.#thrown];
@@ -95,7 +111,7 @@ export class Sdftool {
   }
 
   open(bytes, name = "field") {
-    return new Field(this, this.call({ call: "open", name }, { bytes: fileBytes(bytes) }).answer);
+    return new Field(this, this.call({ call: "open", name: nameOf(name) }, { bytes: fileBytes(bytes) }).answer);
   }
 
   #onProgress(done, total) {
@@ -126,11 +142,14 @@ export class Sdftool {
       if (!isDone) throw new Error(said);
       return { answer: JSON.parse(said), f64s: this.#read(F64S, Float64Array), u32s: this.#read(U32S, Uint32Array), bytes: this.#read(BYTES, Uint8Array) };
     } catch (error) {
-      if (!(error instanceof WebAssembly.RuntimeError || error instanceof RangeError)) throw error;
+      // A full stack is a RangeError of some browsers, and an InternalError of others.
+      const isStack = /call stack|recursion/i.test(error.message) && (error instanceof RangeError || error.name == "InternalError");
+      if (!(isStack || error instanceof WebAssembly.RuntimeError || error instanceof RangeError)) throw error;
       // What stopped the module left it in the middle of its work.
       const mebibytes = this.#exports.memory.buffer.byteLength / 2 ** 20;
       const panic = this.#panic && `sdftool ran into a bug: please report it: ${this.#panic}`;
-      this.#end = panic ?? `out of memory with ${mebibytes} MiB: take larger voxels, a sparse grid, or fewer points at a time (${error.message})`;
+      const stack = isStack && `the stack was full: call sdftool from fewer functions within each other (${error.message})`;
+      this.#end = panic || stack || `out of memory with ${mebibytes} MiB: take larger voxels, a sparse grid, or fewer points at a time (${error.message})`;
       throw new Error(this.#end, { cause: error });
     }
   }
@@ -167,7 +186,7 @@ export class Field {
   }
 
   contacts(mesh, options) {
-    options ??= {};
+    options = named(options);
     const { answer, f64s, u32s } = this.#call("contacts", { options }, meshOf(mesh, options.elements != "vertices"));
     const found = { ...answer };
     for (const [columns, numbers] of [[F64_COLUMNS, f64s], [U32_COLUMNS, u32s]]) {
@@ -183,7 +202,7 @@ export class Field {
   }
 
   page(name, mesh, options) {
-    options ??= {};
+    options = named(options);
     const { answer, bytes } = this.#call("page", { name, options }, mesh === undefined ? {} : meshOf(mesh, options.elements != "vertices"));
     return { ...answer, html: bytes };
   }
