@@ -193,7 +193,8 @@ impl ErrorBudget {
             on_progress(Progress::Total(plan.baker.slot_count() as u64));
             let on_done = |slots: usize| on_progress(Progress::Done(slots as u64));
             let baked = plan.baker.bake_as(plan.precision, &on_done);
-            if baked.error_bound <= self.max_error {
+            // What was cancelled is no grid, and nobody takes it for one.
+            if baked.error_bound <= self.max_error || mesh.is_cancelled() {
                 return Ok(baked);
             }
             // Not observed yet: the grid's own bound is smaller than the plan's.
@@ -304,7 +305,7 @@ impl ErrorBudget {
                 return Err(self.too_large(mesh, sufficient, last));
             }
         }
-        for bisection in 1..=BISECTIONS {
+        for bisection in (1..=BISECTIONS).take_while(|_| !mesh.is_cancelled()) {
             let middle = lower + (-f64::from(bisection)).exp2();
             let baker = if middle > coarsest { None } else { self.fitting_baker(mesh, spacing(middle)) };
             let size = baker.and_then(|baker| self.certify(mesh, &baker, self.max_error, on_progress));

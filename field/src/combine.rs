@@ -11,8 +11,8 @@ use sdf_core::placed::Similarity;
 use crate::Field;
 use crate::reach::parts;
 
-/// Largest nesting of combinations and placements.
-const MAX_DEPTH: usize = 64;
+/// Largest nesting of combinations and placements: with the shape within it is that of a file.
+const MAX_DEPTH: usize = 63;
 
 /// Why fields cannot be combined.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,7 +20,7 @@ const MAX_DEPTH: usize = 64;
 pub enum CombineError {
     /// The union of no fields is not a field.
     NoParts,
-    /// Combinations would be nested more than 64 deep.
+    /// Combinations would be nested more than 63 deep.
     TooDeep,
     /// An offset that is NaN or infinite.
     NotFinite(f64),

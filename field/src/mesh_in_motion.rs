@@ -66,9 +66,10 @@ impl<'a> MeshInMotion<'a> {
     /// [`ContactOptions::check_margin`], which is for the one margin of all. Those that are NaN or infinite are refused by the search.
     pub fn check_margins(&self, field: &Field, options: &ContactOptions) -> Result<(), MarginOutOfReach> {
         let margins = self.margins.into_iter().flatten().filter(|margin| margin.is_finite());
-        let (least, most) =
-            margins.fold((0.0_f64, 0.0_f64), |(least, most), margin| (least.min(*margin), most.max(*margin)));
-        [least, most].into_iter().try_for_each(|margin| ContactOptions { margin, ..*options }.check_margin(field))
+        let least = margins.clone().copied().reduce(f64::min);
+        let most = margins.copied().reduce(f64::max);
+        let mut extremes = least.into_iter().chain(most);
+        extremes.try_for_each(|margin| ContactOptions { margin, ..*options }.check_margin(field))
     }
 }
 

@@ -81,7 +81,8 @@ pub fn read_bytes(bytes: &[u8], name: &str) -> Result<Field, FieldError> {
     open_bytes(bytes, name)?.read()
 }
 
-/// Like [`read`], but leaves it to the caller which samples of a grid are read. Grids named in TOML are read whole.
+/// Like [`read`], but leaves it to the caller which samples of a grid are read. Grids named in TOML are read whole, but for one that stands
+/// there alone, without a pose: that is the grid's own file by another name, with all that is known of the grid.
 pub fn open(path: &Path) -> Result<OpenField<'static>, FieldError> {
     let unreadable = |source| FieldError::Unreadable { path: path.to_owned(), source };
     // What is read of a pipe to know its kind would be lost.
@@ -99,7 +100,22 @@ pub fn open(path: &Path) -> Result<OpenField<'static>, FieldError> {
     let mut bytes = Vec::new();
     fs::File::open(path).and_then(|file| file.take(MAX_TOML_BYTES + 1).read_to_end(&mut bytes)).map_err(unreadable)?;
     let folder = path.parent().unwrap_or(Path::new("."));
+    let is_grid =
+        |path: &PathBuf| path.is_file() && self::start(path).is_ok_and(|start| start == SIGNATURE || is_blob(&start));
+    if let Some(grid) = lone_grid(&bytes).map(|name| folder.join(name)).filter(is_grid) {
+        return open(&grid);
+    }
     parse_bytes(&bytes, path, &mut Grids::new(Some(folder))).map(OpenField::Analytic)
+}
+
+/// The file of the grid that is all of a field in TOML.
+fn lone_grid(bytes: &[u8]) -> Option<String> {
+    let text = std::str::from_utf8(bytes).ok().filter(|text| text.len() as u64 <= MAX_TOML_BYTES)?;
+    let mut document: toml::Table = text.parse().ok()?;
+    let Some(toml::Value::Table(mut field)) = document.remove("field") else { return None };
+    let is_grid = field.remove("shape").is_some_and(|shape| shape.as_str() == Some("grid"));
+    let Some(toml::Value::String(name)) = field.remove("file") else { return None };
+    (is_grid && field.is_empty() && document.is_empty()).then_some(name)
 }
 
 /// Is it there, and no file, folder or device? A device has an error of its own, or enough bytes.

@@ -24,7 +24,7 @@ impl Default for Fabric {
     }
 }
 
-/// Adds a sheet to the world. Its lengths at rest are those of the points.
+/// Adds a sheet to the world. Its lengths at rest are those of the points. Panics where a face names a point that is not there.
 pub fn add(world: &mut World, points: &[[f64; 3]], faces: &[[u32; 3]], fabric: &Fabric) -> Surface {
     let first = add_points(world, points, fabric);
     let surface = Surface::of_faces(faces.to_vec(), points.len(), Carrier::Particles { first });
@@ -36,6 +36,7 @@ pub fn add(world: &mut World, points: &[[f64; 3]], faces: &[[u32; 3]], fabric: &
 }
 
 /// Adds strings to the world: the edges between points, and for bending the way over each point where two edges meet.
+/// Panics where an edge names a point that is not there.
 pub fn add_strings(world: &mut World, points: &[[f64; 3]], edges: &[[u32; 2]], fabric: &Fabric) -> Surface {
     let first = add_points(world, points, fabric);
     edges.iter().for_each(|ends| tie(world, *ends, first, fabric.stretch));

@@ -30,7 +30,8 @@ pub struct Body {
 
 impl Body {
     /// A body of a closed mesh, its faces counterclockwise from outside, and the mesh's points in the body's frame: moved so that the
-    /// center of mass is at the origin. `None` if the volume is not positive, nor the inertia about every axis.
+    /// center of mass is at the origin. `None` if the volume is not positive, nor the inertia about every axis, or a face names a point that is
+    /// not there.
     ///
     /// Signed tetrahedra from the middle of the mesh's box, so that a place far away costs no digits:
     /// ∫ x xᵀ dV = det/120 · ((a+b+c)(a+b+c)ᵀ + aaᵀ + bbᵀ + ccᵀ).
@@ -39,7 +40,9 @@ impl Body {
         let middle = V3::from(min) * 0.5 + V3::from(max) * 0.5;
         let (mut volume, mut first, mut second) = (0.0, V3::zeros(), Matrix3::zeros());
         for face in faces {
-            let [a, b, c] = face.map(|vertex| V3::from(points[vertex as usize]) - middle);
+            let corner = |vertex: u32| points.get(vertex as usize).map(|point| V3::from(*point) - middle);
+            let [a, b, c] = face.map(corner);
+            let (a, b, c) = (a?, b?, c?);
             let det = a.dot(&b.cross(&c));
             let sum = a + b + c;
             volume += det / 6.0;

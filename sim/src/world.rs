@@ -151,7 +151,12 @@ impl World {
     }
 
     /// Moves everything on by `dt`.
+    ///
+    /// # Panics
+    ///
+    /// If `dt` is not positive and finite: then nothing would have a place any more.
     pub fn step(&mut self, dt: f64, rows: &mut Rows) {
+        assert!(dt > 0.0 && dt.is_finite(), "a step needs a positive time, not {dt}");
         self.start_poses.clear();
         self.start_poses.extend(self.bodies.iter().map(|body| (body.position, body.rotation)));
         self.prepare(rows);

@@ -176,15 +176,18 @@ fn encode_block<C: StepCode>(rows: &mut [&mut [f32]], rows_along_y: usize, x: us
             *code = scale.encode(samples[i.min(last_x)]);
         }
     }
-    let mut rounding = 0.0_f64;
+    let (mut rounding, mut total) = (0.0_f64, 0.0);
     for (row, samples) in rows.iter_mut().enumerate() {
         let first = (row / rows_along_y * SIDE + row % rows_along_y) * SIDE;
         for (sample, code) in samples[range.clone()].iter_mut().zip(&codes[first..]) {
             let decoded = code.decode(scale.scale);
-            rounding = rounding.max((f64::from(decoded) - f64::from(*sample)).abs());
+            let change = (f64::from(decoded) - f64::from(*sample)).abs();
+            (rounding, total) = (rounding.max(change), total + change);
             *sample = decoded;
         }
     }
+    // A code says nothing of a NaN, and a maximum passes it over.
+    assert!(total.is_finite(), "baked distances are finite");
     (scale.scale, rounding)
 }
 

@@ -8,7 +8,8 @@
  * Distances are negative inside and in the unit of the mesh. A field never changes: any number of threads may ask it. No call keeps
  * a pointer, has global state, prints, or starts a thread unless asked to. None aborts but where memory runs out: the numbers of a dense
  * grid and of a file that do not fit are refused, for all else that is needed there must be room. A call that fails says why in *error,
- * which may be NULL, and leaves *out NULL. Points and vertices are x, y, z one after the other; faces are three indices each. */
+ * which may be NULL, and leaves *out NULL. Points and vertices are x, y, z one after the other; faces are three indices each.
+ * A thread's stack of 512 KiB is enough. A query's numbers must all be valid, used or not. */
 #ifndef SDFTOOL_H
 #define SDFTOOL_H
 #include <stddef.h>
@@ -28,7 +29,6 @@ enum { SDF_AUTO, SDF_CERTIFIED, SDF_FRANK_WOLFE, SDF_PROJECTED_GRADIENT, SDF_NEW
 enum { SDF_VERTEX, SDF_EDGE, SDF_FACE };                                               /* SdfContact.element, .feature */
 enum { SDF_CONVERGED, SDF_BUDGET_SPENT, SDF_OUTSIDE_GRID, SDF_DEGENERATE_GRADIENT, SDF_BEYOND_BAND, SDF_POSSIBLE }; /* .status */
 enum { SDF_TOUCHING, SDF_SEPARATED, SDF_UNDECIDED };                                   /* verdict of sdf_overlap */
-
 /* Start from sdf_bake_options(). voxel_size, where above 0, stands for resolution (cells along the longest side). band (1 to 1000)
  * and padding count cells. threads: 1 is the caller's alone, 0 all cores, 1024 the most; no result depends on it. */
 typedef struct SdfBakeOptions {
@@ -65,9 +65,9 @@ typedef struct SdfOverlapPoint { double point[3], normal[3], distances[2]; } Sdf
  * area, which is so 0 of equal fields in one place. complete: 0 where not all was looked at, and there may be more. */
 typedef struct SdfPatch { double area; uint32_t unknown, complete; } SdfPatch;
 const char *sdf_version(void); SdfBakeOptions sdf_bake_options(void); SdfQuery sdf_query(void);
-
 /* progress may be NULL; else any working thread calls it, one at a time. It must not throw; non-zero ends the bake (SDF_STOPPED). It
- * may call this library: a later call reports the steps that end meanwhile, and the last call has done = total. */
+ * may call this library: a later call reports the steps that end meanwhile, and the last call has done = total. On sparse grids of
+ * thousands of cells seconds pass before the first call. */
 SdfResult sdf_bake(const double *vertices, size_t vertex_count, const uint32_t *faces, size_t face_count, const SdfBakeOptions *options,
                    int (*progress)(void *user, uint64_t done, uint64_t total), void *user, SdfField **out, SdfError *error);
 SdfResult sdf_load(const char *path, SdfField **out, SdfError *error); /* .sdf.h5 or .sdf.toml; the path in UTF-8 */

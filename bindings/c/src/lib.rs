@@ -128,6 +128,7 @@ pub extern "C" fn sdf_save(field: *const SdfField, path: *const c_char, error: *
             let is_refused = match &error {
                 SaveError::ClosedForm(FieldError::Refused { .. }) => true,
                 SaveError::Grid(error) => matches!(error.fault, GridFault::Refused(_)),
+                SaveError::NotABakedGrid | SaveError::DenseWithBand => true,
                 _ => false,
             };
             Failure::new(if is_refused { SdfResult::InvalidArgument } else { SdfResult::File }, error)
@@ -358,7 +359,9 @@ fn visit(
     // Margins of single faces stand in its place.
     let options =
         if query.margins.is_null() { query.to_rust()? } else { SdfQuery { margin: 0.0, ..query }.to_rust()? };
-    options.check_margin(field).map_err(|error| Failure::invalid(margin_advice(error)))?;
+    if query.margins.is_null() {
+        options.check_margin(field).map_err(|error| Failure::invalid(margin_advice(error)))?;
+    }
     let mesh = MeshView { points, faces };
     let on_contact = |contact: &Contact<f64>| on_row(ContactRow::from(contact));
     let visited = match motion::of_query(&query, mesh, options.elements)? {

@@ -1,6 +1,7 @@
 //! Which query do arguments ask for, and how do contacts become a structured array? As rows of [`ContactRow`], whose memory numpy takes over.
 
-use numpy::{Element, IntoPyArray, PyArrayDescr, PyReadonlyArray1};
+use numpy::npyffi::PY_ARRAY_API;
+use numpy::{Element, IntoPyArray, PyArrayDescr, PyArrayDescrMethods, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyList};
@@ -40,8 +41,8 @@ pub struct Keywords<'a, 'py> {
 }
 
 impl Keywords<'_, '_> {
-    /// Options that they ask for, on all threads.
-    pub fn options(self, field: &Field) -> PyResult<ContactOptions> {
+    /// Options that they ask for, on all threads. The margin is one for this field, unless each face has its own.
+    pub fn options(self, field: Option<&Field>) -> PyResult<ContactOptions> {
         let Self { margin, tolerance, budget, all_minima, complete, exact, one_per_feature, lean, .. } = self;
         if !margin.is_finite() {
             return Err(value_error(format!("margin={margin}: give a finite length")));
@@ -63,7 +64,9 @@ impl Keywords<'_, '_> {
             lean,
             threads: Threads::ALL,
         };
-        options.check_margin(field).map_err(|error| value_error(margin_advice(error)))?;
+        if let Some(field) = field {
+            options.check_margin(field).map_err(|error| value_error(margin_advice(error)))?;
+        }
         Ok(options)
     }
 }
@@ -173,13 +176,24 @@ pub fn contact_dtype(py: Python<'_>) -> PyResult<&Bound<'_, PyArrayDescr>> {
     Ok(DTYPE.get_or_try_init(py, describe)?.bind(py))
 }
 
+/// A type of its own, as numpy lets anybody rename the columns of one in place.
+pub fn own_dtype<'py>(dtype: &Bound<'py, PyArrayDescr>) -> Bound<'py, PyArrayDescr> {
+    let py = dtype.py();
+    // SAFETY: numpy makes a new object of a type that lives, or sets an error; no code of Python runs.
+    let own = unsafe {
+        let new = PY_ARRAY_API.PyArray_DescrNew(py, dtype.as_dtype_ptr());
+        Bound::from_owned_ptr_or_err(py, new.cast())
+    };
+    own.ok().and_then(|own| own.cast_into().ok()).unwrap_or_else(|| dtype.clone())
+}
+
 // SAFETY: the type says where each column lies in a `ContactRow`, by `offset_of`, and how large it is. Every pattern of bits is a
 // value of each column, and no column is an object of Python.
 unsafe impl Element for Record {
     const IS_COPY: bool = true;
 
     fn get_dtype(py: Python<'_>) -> Bound<'_, PyArrayDescr> {
-        contact_dtype(py).expect("made when the module was").clone()
+        own_dtype(contact_dtype(py).expect("made when the module was"))
     }
 
     fn clone_ref(&self, _py: Python<'_>) -> Self {

@@ -38,7 +38,7 @@ use sdf_field::ContactRow;
 #[pymodule]
 fn _sdftool(module: &Bound<PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
-    module.add("contact_dtype", contacts::contact_dtype(module.py())?)?;
+    module.add("contact_dtype", contacts::own_dtype(contacts::contact_dtype(module.py())?))?;
     module.add("STATUS_NAMES", ContactRow::STATUS_NAMES.to_vec())?;
     module.add("ELEMENT_NAMES", ContactRow::ELEMENT_NAMES.to_vec())?;
     module.add_class::<sdf::Sdf>()?;

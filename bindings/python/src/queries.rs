@@ -72,7 +72,7 @@ impl Sdf {
         counts: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
         let keywords = Keywords {
-            margin,
+            margin: if margins.is_none() { margin } else { 0.0 },
             method,
             elements,
             pose,
@@ -85,7 +85,8 @@ impl Sdf {
             tolerance,
         };
         let is_on_card = choice("device", device, &[("cpu", false), ("cuda", true)])?;
-        let (options, motion) = (keywords.options(&self.0)?, Motion::new(clusters, mesh_pose, margins)?);
+        let checked = margins.is_none().then_some(&self.0);
+        let (options, motion) = (keywords.options(checked)?, Motion::new(clusters, mesh_pose, margins)?);
         motion.check(&options, is_on_card)?;
         let found = match (is_on_card, kernels) {
             (true, kernels) => CudaQuery::new(py, &self.0, mesh, faces, options, kernels, threads)?.find(py)?,
@@ -140,6 +141,6 @@ impl Sdf {
             budget,
             tolerance,
         };
-        CudaQuery::new(py, &self.0, mesh, faces, keywords.options(&self.0)?, kernels, threads)
+        CudaQuery::new(py, &self.0, mesh, faces, keywords.options(Some(&self.0))?, kernels, threads)
     }
 }

@@ -1,6 +1,6 @@
 //! Few contacts of a rigid body in place of many.
 
-use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
+use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use sdf_field::Contacts;
 use sdf_field::core::contact::{MAX_REDUCED, Reduction};
@@ -26,6 +26,11 @@ pub fn reduce<'py>(
     #[pyo3(from_py_with = arrays::number)] thickness: f64,
 ) -> PyResult<(Bound<'py, PyArray1<Record>>, f64)> {
     let wanted = || type_error("contacts: give an array (n,) of contact_dtype, such as Sdf.contacts gives");
+    let array = contacts.cast::<PyUntypedArray>().map_err(|_| wanted())?;
+    arrays::check_mask(array, "contacts")?;
+    if array.ndim() != 1 {
+        return Err(wanted());
+    }
     let contacts = match contacts.extract::<PyReadonlyArray1<Record>>() {
         Ok(contacts) => contacts,
         // The same columns in another order or with gaps, as numpy's functions make them.

@@ -380,8 +380,34 @@ def test_contacts_are_saved_and_joined_by_numpy(tmp_path, body):
         kept, shortfall = sdftool.reduce(given, 4, movement=0.1)
         expected, same = sdftool.reduce(contacts, 4, movement=0.1)
         assert np.array_equal(kept, expected) and shortfall == same
-    with pytest.raises(TypeError, match="give an array .* of contact_dtype"):
-        sdftool.reduce(np.zeros(3), 4, movement=0.1)
+    for other in [np.zeros(3), contacts[0], contacts.reshape(1, -1), {name: contacts[name] for name in names}]:
+        with pytest.raises(TypeError, match="give an array .* of contact_dtype"):
+            sdftool.reduce(other, 4, movement=0.1)
+    with pytest.raises(ValueError, match="contacts: some entries are masked"):
+        sdftool.reduce(np.ma.array(contacts, mask=np.arange(len(contacts)) < 2), 4, movement=0.1)
+
+
+def test_columns_renamed_in_one_array_keep_their_names_in_others(body):
+    before, renamed = (body.contacts(*sheet(20), margin=0.05) for _ in range(2))
+    names = renamed.dtype.names
+    renamed.dtype.names = tuple(f"{name}_" for name in names)
+    assert renamed.dtype.names[0] == "weights_"
+    for array in [before, body.contacts(*sheet(20), margin=0.05), np.zeros(1, sdftool.contact_dtype)]:
+        assert array.dtype.names == names
+    assert len(sdftool.reduce(before, 4, movement=0.1)[0]) <= 4
+
+
+def test_a_grid_named_alone_in_toml_is_that_grid(tmp_path):
+    grid = sdftool.bake(*ball(8), res=16, layout="sparse", keep_mesh=True)
+    grid.save(tmp_path / "ball.sdf.h5")
+    (tmp_path / "named.sdf.toml").write_text('[field]\nshape = "grid"\nfile = "ball.sdf.h5"\n')
+    named = sdftool.load(tmp_path / "named.sdf.toml")
+    assert named.to_bytes() == grid.to_bytes() and pickle.loads(pickle.dumps(named)).to_bytes() == grid.to_bytes()
+    assert (named.error_bound, named.band, named.max_margin) == (grid.error_bound, grid.band, grid.max_margin)
+    assert np.array_equal(named.contacts(*sheet(20), exact=True), grid.contacts(*sheet(20), exact=True))
+    # With a pose it is another field.
+    (tmp_path / "moved.sdf.toml").write_text('[field]\nshape = "grid"\nfile = "ball.sdf.h5"\npose.translation = [1.0, 0.0, 0.0]\n')
+    assert sdftool.load(tmp_path / "moved.sdf.toml").error_bound is None
 
 
 def test_a_signal_during_a_query_raises_what_its_handler_raises(body):

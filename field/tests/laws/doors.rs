@@ -94,8 +94,10 @@ fn combinations_that_are_refused_say_why() {
             Err(error) => break error,
         }
     };
-    assert_eq!((depth, error), (64, CombineError::TooDeep));
-    assert_eq!(nested.values(&[[10.0, 0.0, 0.0]], Threads::ONE), [1.0]);
+    assert_eq!((depth, error), (63, CombineError::TooDeep));
+    assert_eq!(nested.values(&[[10.0, 0.0, 0.0]], Threads::ONE), [1.125]);
+    let again = Field::from_bytes(&nested.to_bytes().unwrap(), "nested").unwrap();
+    assert_eq!(again.values(&[[10.0, 0.0, 0.0]], Threads::ONE), [1.125]);
 }
 
 /// A level of a nest takes the stack of its own numbers, and not of the search in what it holds: so as many as are allowed fit into the

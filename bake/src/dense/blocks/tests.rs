@@ -96,3 +96,13 @@ fn the_bounds_of_a_grid_of_codes_are_those_of_its_decoded_samples() {
         }
     }
 }
+
+/// A distance that is not a number is a fault of the baker, which no code may hide.
+#[test]
+#[should_panic(expected = "baked distances are finite")]
+fn a_distance_that_is_not_a_number_gets_no_code() {
+    let lattice = Lattice::new([-1.3, -1.2, -1.4], 0.1, [9, 17, 20]).unwrap();
+    let mut dense = bumpy(&lattice);
+    dense.distances[1000] = f32::NAN;
+    dense.into_grid_as(&lattice, Precision::U16);
+}

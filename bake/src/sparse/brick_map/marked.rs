@@ -102,7 +102,7 @@ impl<'a> Marked<'a> {
         max_listed: usize,
     ) -> Self {
         let reach = (map.kept_within() / map.spacing).max(MIN_REACH);
-        let slots = SurfaceSlots::new(mesh.tree(), frames, lattice, map.counts(), reach, max_listed);
+        let slots = SurfaceSlots::new(mesh, frames, lattice, map.counts(), reach, max_listed);
         Self { mesh, lattice, slots, reach, window: Window::default() }
     }
 
@@ -117,6 +117,9 @@ impl<'a> Marked<'a> {
         let slots = |below: usize, above: usize| layers.start.saturating_sub(below)..counts[2].min(layers.end + above);
         let distances = |from, layers: Range<usize>, layer: usize| {
             let first = layers.start * layer;
+            if self.mesh.is_cancelled() {
+                return FromIndex { first, list: vec![0.0; layers.len() * layer] };
+            }
             let mut list = distances(self.mesh.tree().arch, &self.slots.crossed, counts, from, layers);
             list.iter_mut().for_each(|gap| *gap *= BRICK as f32);
             FromIndex { first, list }
@@ -248,6 +251,9 @@ impl BrickMap {
     pub(super) fn set_solid_nodes(&mut self, mesh: &MeshDistance, nodes: Vec<f32>) {
         self.coarse.nodes = nodes;
         let (counts, step) = (self.coarse_counts(), self.max_step());
+        if mesh.is_cancelled() {
+            return;
+        }
         limit_signed_steps(mesh.tree().arch, &mut self.coarse.nodes, counts, step);
     }
 

@@ -8,6 +8,7 @@ use sdf_core::grid::Lattice;
 use sdf_core::grid::sparse::BRICK;
 use sdf_core::nalgebra::Vector3;
 
+use crate::MeshDistance;
 use crate::bvh::Bvh;
 use crate::simd::{LANES, VectorX8};
 use crate::sparse::slot_bits::SlotBits;
@@ -72,19 +73,23 @@ impl NearestTriangles {
 impl SurfaceSlots {
     /// `reach` is in voxels, and no triangle is larger than fits f32 at the scale of a voxel. `max_listed`: [`MAX_LISTED`].
     pub fn new(
-        tree: &Bvh,
+        mesh: &MeshDistance,
         frames: &PlaneFrames,
         lattice: &Lattice,
         counts: [u32; 3],
         reach: f64,
         max_listed: usize,
     ) -> Self {
+        let tree = mesh.tree();
         let count: usize = counts.iter().map(|n| *n as usize).product();
         let is_listed = count <= max_listed;
         let listed = NearestTriangles::new(if is_listed { count } else { 0 }, None);
         let mut slots = Self { crossed: SlotBits::new(count), near: SlotBits::new(count), nearest: listed };
         let mark_all = |slots: &Self, stage: Stage| {
             sdf_parallel::for_each_index(tree.corners.len().div_ceil(CHUNK), &|chunk| {
+                if mesh.is_cancelled() {
+                    return;
+                }
                 let range = chunk * CHUNK..tree.corners.len().min((chunk + 1) * CHUNK);
                 tree.arch.dispatch(Mark { slots, tree, frames, lattice, counts, reach, range, stage });
             });
