@@ -207,8 +207,8 @@ const wrong = [
   [() => sdf.bake(tetrahedron, new Map([["res", 8]])), /^TypeError: options: give an object/],
   [() => sdf.bake(tetrahedron, { sign: "guess" }), /give one of auto, pseudo-normal, winding$/],
   [() => sdf.bake(tetrahedron, { source: 5 }), /^Error: source: .*an object with name and sha256$/],
-  [() => sdf.mesh(stored), /^TypeError: name: give the name of the file/],
-  [() => sdf.open(stored, 5), /^TypeError: name: give the name of the file/],
+  [() => sdf.mesh(new Uint8Array(8)), /^TypeError: name: give the name of the file/],
+  [() => sdf.open(new Uint8Array(8), 5), /^TypeError: name: give the name of the file/],
 ];
 for (const [call, message] of wrong) assert.throws(call, message, String(call));
 // Null stands for no options.
@@ -265,8 +265,8 @@ async function loadOpened() {
 // An array of numbers is one, typed or not.
 {
   const [translation, rotation] = [[0.1, 0.2, 0.3], [0, 0, 0.6, 0.8]];
-  const typed = body.contacts(tetrahedron, { margin: 0.5, pose: { translation: new Float64Array(translation), rotation: new Float64Array(rotation) } });
-  assert.deepEqual(typed.point, body.contacts(tetrahedron, { margin: 0.5, pose: { translation, rotation } }).point);
+  const typed = body.contacts(tetrahedron, { margin: 0.2, pose: { translation: new Float64Array(translation), rotation: new Float64Array(rotation) } });
+  assert.deepEqual(typed.point, body.contacts(tetrahedron, { margin: 0.2, pose: { translation, rotation } }).point);
   assert.throws(() => body.contacts(tetrahedron, { pose: { translation: new Float32Array([0, NaN, 0]) } }), /translation: NaN/);
 }
 
@@ -274,7 +274,7 @@ async function loadOpened() {
 {
   const { sdf: full } = await loadOpened();
   const field = full.open(stored);
-  const deeper = () => { try { deeper(); } catch (error) { if (!full.isDead) field.contacts(tetrahedron, { margin: 0.5, method: "certified" }); } };
+  const deeper = () => { try { deeper(); } catch (error) { if (!full.isDead) field.contacts(tetrahedron, { margin: 0.2, method: "certified" }); } };
   let reason;
   try { deeper(); } catch (error) { reason = error; }
   assert(!full.isDead || !/out of memory/.test(reason.message), reason?.message);
