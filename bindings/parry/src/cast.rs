@@ -94,6 +94,10 @@ impl Cast<'_> {
         } else {
             self.pair.nearest(&pose, self.search)
         };
+        // A border around triangles is not wider for φ that is less than a distance.
+        let is_beside = |touch: &Touch| touch.is_measured && touch.border > 0.0 && touch.gap > 0.0;
+        let touch =
+            touch.map(|touch| if is_beside(&touch) { self.pair.apart(self.shapes, &pose, touch) } else { touch });
         touch.map(|touch| (pose, touch))
     }
 

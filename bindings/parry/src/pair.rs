@@ -6,7 +6,7 @@ use std::sync::Arc;
 use parry3d::math::Pose;
 use parry3d::shape::Shape;
 use sdf_core::nalgebra::Vector3;
-use sdf_core::{AnyField, shapes};
+use sdf_core::{AnyField, Sdf, shapes};
 
 use crate::convert::{to_core, to_parry, to_rigid};
 use crate::nearest::NearestPoint;
@@ -69,7 +69,7 @@ impl Pair {
     /// Touches at a pose of the surface in the field's frame.
     pub fn touches(&self, pose: &Pose, margin: f64, search: Search) -> Vec<Touch> {
         let mut touches = self.touches_by_value(pose, margin, search);
-        touches.retain(|touch| touch.value <= margin);
+        touches.retain(|touch| !touch.is_measured || touch.gap <= margin);
         touches
     }
 
@@ -81,10 +81,7 @@ impl Pair {
     pub fn nearest(&self, pose: &Pose, search: Search) -> Option<Touch> {
         let rigid = to_rigid(pose)?;
         let values = self.surface.parts.iter().flat_map(|part| {
-            part.points.iter().map(|point| {
-                use sdf_core::Sdf;
-                self.field.sample(rigid.push(Vector3::from(*point))).value
-            })
+            part.points.iter().map(|point| self.field.sample(rigid.push(Vector3::from(*point))).value)
         });
         let margin = values.fold(f64::INFINITY, f64::min);
         // Above the value itself, so that rounding does not lose it.
@@ -109,8 +106,9 @@ impl Pair {
         let mut touches = self.touches(pose, margin, search);
         if touches.iter().any(Touch::is_of_triangles) || !self.is_swallowed(shapes, pose) {
             let (field, other) = self.field_and_other(shapes);
-            // Another field has its own triangles here.
-            let own = field.as_shape::<SdfShape>().filter(|_| other.as_shape::<SdfShape>().is_none());
+            // Another field has its own triangles here, and a smaller shape stands on its own.
+            let is_wide = f64::from(other.compute_local_aabb().extents().max_element()) >= self.field.extent::<f64>();
+            let own = field.as_shape::<SdfShape>().filter(|_| is_wide && other.as_shape::<SdfShape>().is_none());
             if let Some((mesh, inner)) = own.and_then(|own| own.mesh().zip(own.inner_point())) {
                 touches.extend(vertices::touches(mesh, inner, other, pose, margin));
             }
@@ -156,7 +154,6 @@ impl Pair {
     /// The touch of a swallowed field that is given the nearest point of the other's surface: the field gets out if it moves there until
     /// all of its box has passed.
     fn way_out(&self, touch: Touch) -> Touch {
-        use sdf_core::Sdf;
         // From within, the surface is on the other side of its triangles.
         let touch = Touch { point: touch.point + touch.normal * (2.0 * touch.border), ..touch };
         let bounds = self.field.bounds(0.0);

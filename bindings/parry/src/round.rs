@@ -166,7 +166,7 @@ impl RoundSurface<'_> {
         let value = if gap > 0.0 { gap * slope_bound.min(1.0) } else { gap };
         let feature = self.query.feature(Feature::Vertex(u32::MAX - number));
         let point = centre - normal * radius;
-        let touch = Touch { point, field_point: nearest, normal, gap, value, border: 0.0, feature };
+        let touch = Touch { point, field_point: nearest, normal, gap, value, is_measured: false, border: 0.0, feature };
         Some((touch, is_distance))
     }
 

@@ -119,8 +119,8 @@ impl SdfShape {
     }
 
     /// The same with its surface as triangles, such as the mesh that was baked. They are needed where the other shape has none: against
-    /// half-spaces, and against other fields. Against all others their vertices are points of contact, too: a body that moves and rests on
-    /// several of its own points needs them on wide triangles.
+    /// half-spaces, and against other fields. Against all others that are at least as wide their vertices are points of contact, too: a body
+    /// that moves and rests on several of its own points needs them on wide triangles.
     pub fn with_mesh(self, points: &[[f64; 3]], faces: &[[u32; 3]]) -> Result<Self, InvalidShape> {
         if faces.is_empty() {
             return Err(InvalidShape::NoFaces);

@@ -30,6 +30,8 @@ pub(crate) struct Touch {
     pub gap: f64,
     /// φ at the point: what a search compares. It is the gap if φ is a true distance.
     pub value: f64,
+    /// φ is no distance here, and the gap is that to the nearest point of the field's surface.
+    pub is_measured: bool,
     /// How far the point lies before the triangles, where the surface is around them.
     pub border: f64,
     /// The vertex, edge or face of the surface, the same from step to step.
@@ -50,7 +52,7 @@ const MOST_CORNERS: u32 = 9;
 /// A point is on the field's surface within this fraction of its distance from where the search began.
 const AT_SURFACE: f64 = 1e-6;
 
-/// All touches with φ ≤ margin, as far as the search finds them. Where φ is no distance, their values can be larger.
+/// All touches with φ ≤ margin, as far as the search finds them. Where φ is no distance, their gaps can be larger.
 pub(crate) fn touches(field: &AnyField, surface: &Surface, pose: &Rigid, margin: f64, search: Search) -> Vec<Touch> {
     let found = surface.parts.iter().zip(0..).map(|(part, number)| {
         let query = Query { field, part, number, pose, margin };
@@ -155,8 +157,8 @@ impl Query<'_> {
         let value = contact.distance - border;
         let point = row.point - row.normal * border;
         let feature = self.feature(contact.feature);
-        let touch =
-            Touch { point, field_point: row.surface_point, normal: row.normal, gap: row.gap, value, border, feature };
+        let (field_point, normal, gap) = (row.surface_point, row.normal, row.gap);
+        let touch = Touch { point, field_point, normal, gap, value, is_measured: false, border, feature };
         if value > self.margin {
             return None;
         }
@@ -172,8 +174,7 @@ impl Query<'_> {
         let way = (contact.point - field_point) * side;
         let Some(normal) = way.try_normalize(tolerance) else { return touch };
         let gap = way.norm() * side - touch.border;
-        let value = if gap > 0.0 { gap * self.field.slope_bound().min(1.0) } else { gap };
-        Touch { point: contact.point - normal * touch.border, field_point, normal, gap, value, ..touch }
+        Touch { point: contact.point - normal * touch.border, field_point, normal, gap, is_measured: true, ..touch }
     }
 
     fn corner(&self, vertex: u32) -> Vector3<f64> {

@@ -51,7 +51,7 @@ pub(crate) fn touches(mesh: &Surface, inner: Vector3<f64>, other: &dyn Shape, po
         let normal = if is_through { -line } else { line };
         let gap = way.dot(&normal);
         let feature = PackedFeatureId::vertex(code & (2 * FIRST_CODE - 1));
-        let touch = Touch { point, field_point: at, normal, gap, value: gap, border: 0.0, feature };
+        let touch = Touch { point, field_point: at, normal, gap, value: gap, is_measured: false, border: 0.0, feature };
         (gap <= margin).then_some(touch)
     };
     vertices.filter_map(touch).collect()

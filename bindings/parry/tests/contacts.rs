@@ -138,6 +138,21 @@ fn a_shape_that_passes_close_by_a_flat_side_does_not_arrive() {
     assert!(away.unwrap().is_none());
 }
 
+/// A rounded shape arrives with its border, also where the triangles within are beyond the grid.
+#[test]
+fn a_rounded_shape_arrives_when_its_border_does() {
+    for (name, slab) in slabs() {
+        for border in [0.05, 0.3, 1.0] {
+            let round: RoundCuboid = RoundShape { inner_shape: Cuboid::new(Vector::splat(0.2)), border_radius: border };
+            let start = at(0.03, 0.02, 0.5 + 0.2 + border + 3.0);
+            let options = ShapeCastOptions::with_max_time_of_impact(4.0);
+            let hit =
+                dispatcher().cast_shapes(&start, -Vector::Z, &slab, &round, options).unwrap().expect("it arrives");
+            assert!((hit.time_of_impact - 3.0).abs() < 1e-3, "{name}, border {border}: {}", hit.time_of_impact);
+        }
+    }
+}
+
 /// When a turning field meets what comes towards it does not depend on how long one looks.
 #[test]
 fn a_turning_field_is_met_when_it_is_however_long_one_looks() {
