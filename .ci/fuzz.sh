@@ -31,7 +31,7 @@ for target in "${targets[@]}"; do
     corpus=fuzz/corpus/$target
     [ "$target" != scene ] || corpus=scenes
     # New inputs go to the first folder; the corpus of the repository is only read.
-    fuzz/target/"$host"/release/"$target" "$folder/$target" "$corpus" -max_total_time="$share" -timeout=10 \
+    "${CARGO_TARGET_DIR:-fuzz/target}/$host/release/$target" "$folder/$target" "$corpus" -max_total_time="$share" -timeout=10 \
         -rss_limit_mb=1024 -max_len=32768 -print_final_stats=1 -verbosity=0 -artifact_prefix="fuzz/artifacts/$target-" \
         2>"$folder/log" || { cat "$folder/log" >&2; exit 1; }
     echo "$target: $(sed -n 's/^stat::number_of_executed_units: *//p' "$folder/log") inputs, none failed"
