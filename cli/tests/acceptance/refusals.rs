@@ -314,7 +314,8 @@ fn a_margin_deeper_than_a_sparse_band_is_refused_unless_the_search_grants_it() {
 fn contacts_outside_of_a_grid_within_a_closed_form_are_counted() {
     let folder = Folder::new();
     folder.write("ball.obj", Model::ball([0.0; 3], 1.0, 4).obj());
-    folder.write("grid.sdf.toml", "[field]\nshape = 'grid'\nfile = 'ball.sdf.h5'\n");
+    folder
+        .write("grid.sdf.toml", "[field]\nshape = 'grid'\nfile = 'ball.sdf.h5'\npose.translation = [0.0, 0.0, 0.0]\n");
     folder.write("far.obj", "v 3 0 0\nv 3 1 0\nv 3 0 1\nf 1 2 3\n");
     folder.done("bake ball.obj --res 16");
     let words = "contacts far.obj grid.sdf.toml --margin 2.0";

@@ -187,7 +187,8 @@ fn a_closed_form_that_names_a_sparse_grid_refuses_a_margin_below_its_band() {
     folder.write("ball.obj", Model::ball([0.0; 3], 1.0, 3).obj());
     folder.write("inner.obj", Model::ball([0.0; 3], 0.1, 1).obj());
     folder.done("bake ball.obj --res 20 --layout sparse --band 2 -o ball.sdf.h5");
-    folder.write("named.sdf.toml", "[field]\nshape = 'grid'\nfile = 'ball.sdf.h5'\n");
+    let placed = "[field]\nshape = 'grid'\nfile = 'ball.sdf.h5'\npose.translation = [0.0, 0.0, 0.0]\n";
+    folder.write("named.sdf.toml", placed);
     folder.write("core.sdf.toml", "[field]\nshape = 'sphere'\nradius = 0.3\n");
     for command in ["contacts inner.obj", "compare inner.obj", "contacts core.sdf.toml"] {
         let said = folder.refused(&format!("{command} named.sdf.toml --margin -0.5"));
@@ -195,6 +196,13 @@ fn a_closed_form_that_names_a_sparse_grid_refuses_a_margin_below_its_band() {
     }
     let all = contacts(&folder.json("contacts inner.obj named.sdf.toml --margin -0.5 --complete")).len();
     assert_eq!(all, contacts(&folder.json("contacts inner.obj named.sdf.toml")).len());
+    // Alone and without a pose it is the grid itself, with what is known of that.
+    folder.write("alone.sdf.toml", "[field]\nshape = 'grid'\nfile = 'ball.sdf.h5'\n");
+    assert_eq!(folder.json("info alone.sdf.toml")["error_bound"], folder.json("info ball.sdf.h5")["error_bound"]);
+    says(
+        &folder.refused("contacts inner.obj alone.sdf.toml --margin -0.5"),
+        &["alone.sdf.toml", "bake it with --band 5"],
+    );
 }
 
 #[test]
