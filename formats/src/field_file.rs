@@ -100,9 +100,7 @@ pub fn open(path: &Path) -> Result<OpenField<'static>, FieldError> {
     let mut bytes = Vec::new();
     fs::File::open(path).and_then(|file| file.take(MAX_TOML_BYTES + 1).read_to_end(&mut bytes)).map_err(unreadable)?;
     let folder = path.parent().unwrap_or(Path::new("."));
-    let is_grid =
-        |path: &PathBuf| path.is_file() && self::start(path).is_ok_and(|start| start == SIGNATURE || is_blob(&start));
-    if let Some(grid) = lone_grid(&bytes).map(|name| folder.join(name)).filter(is_grid) {
+    if let Some(grid) = lone_grid(&bytes).map(|name| folder.join(name)).filter(|path| has_signature(path)) {
         return open(&grid);
     }
     parse_bytes(&bytes, path, &mut Grids::new(Some(folder))).map(OpenField::Analytic)
@@ -170,7 +168,7 @@ pub fn write(path: &Path, field: &AnyField) -> Result<(), FieldError> {
 /// `true` for a regular file that is a field and not a mesh: HDF5 and blobs by their content, TOML by its name.
 pub fn is_field(path: &Path) -> bool {
     let is_toml = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
-    is_toml || (path.is_file() && start(path).is_ok_and(|start| start == SIGNATURE || is_blob(&start)))
+    is_toml || has_signature(path)
 }
 
 /// Files that TOML names under a key `file`, as shapes do with grids, nested ones too, and those that TOML among them names. Empty for what
@@ -209,6 +207,11 @@ fn begins_as_toml(text: impl BufRead) -> bool {
     let says_something = |line: &String| !line.trim().is_empty() && !line.trim_start().starts_with('#');
     let first = text.lines().map_while(Result::ok).find(says_something);
     first.is_some_and(|line| line.trim_start().starts_with('[') || line.contains('='))
+}
+
+/// Does the file begin as HDF5 or as a blob?
+fn has_signature(path: &Path) -> bool {
+    path.is_file() && start(path).is_ok_and(|start| start == SIGNATURE || is_blob(&start))
 }
 
 /// The first bytes of a file, which may be a signature.

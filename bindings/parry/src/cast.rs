@@ -57,6 +57,7 @@ impl Cast<'_> {
         let end = f64::from(options.max_time_of_impact);
         let (target, within) = (f64::from(options.target_distance), AT_TARGET * self.pair.surface.radius());
         let slope_bound = self.pair.field.slope_bound();
+        let radius = self.radius();
         let mut time = f64::from(start);
         for step in 0..MAX_STEPS {
             // A field can be wholly inside of the other shape only at the start: on the way there it touches.
@@ -74,9 +75,9 @@ impl Cast<'_> {
             if step + 1 == MAX_STEPS {
                 return Some(self.hit(time, &pose, &touch, ShapeCastStatus::OutOfIterations));
             }
-            let by_value = self.speed(time, None).time_of(left / slope_bound);
+            let by_value = self.speed(time, radius, None).time_of(left / slope_bound);
             let beyond = self.beyond_plane(&pose, &touch) - target;
-            let by_plane = if beyond > within { self.speed(time, Some(&touch)).time_of(beyond) } else { 0.0 };
+            let by_plane = if beyond > within { self.speed(time, radius, Some(&touch)).time_of(beyond) } else { 0.0 };
             time += by_value.max(by_plane);
             if time.is_nan() || time > end {
                 return None;
@@ -101,15 +102,21 @@ impl Cast<'_> {
         touch.map(|touch| (pose, touch))
     }
 
+    /// Radius of the surface about the point that it turns about.
+    fn radius(&self) -> f64 {
+        let [first, second] = self.motions;
+        let moving = if self.pair.flipped { first } else { second };
+        self.pair.surface.radius_about(to_core(moving.local_center))
+    }
+
     /// Upper bound of the speed of any point of the surface from a time on, seen by the field; of its part against a touch's normal, if one
     /// is given. A point that a body turns about its centre c with ω has the speed |v + ω × (x − c)|; x − c is bounded at that time, and
     /// grows with the two velocities.
-    fn speed(&self, time: f64, towards: Option<&Touch>) -> Speed {
+    fn speed(&self, time: f64, radius: f64, towards: Option<&Touch>) -> Speed {
         let [first, second] = self.motions;
         let (field, moving) = if self.pair.flipped { (second, first) } else { (first, second) };
         let speed = |velocity: Vector| f64::from(velocity.length());
         let linear = speed(field.linvel) + speed(moving.linvel);
-        let radius = self.pair.surface.radius_about(to_core(moving.local_center));
         let straight = match towards {
             None => linear,
             Some(touch) => {
@@ -134,7 +141,7 @@ impl Cast<'_> {
 
     /// How far all of the surface is beyond a plane at right angles to the touch's normal, and all of the field's box before it.
     fn beyond_plane(&self, pose: &Pose, touch: &Touch) -> f64 {
-        let (bounds, normal) = (self.pair.field.bounds(0.0), touch.normal);
+        let (bounds, normal) = (&self.pair.bounds, touch.normal);
         let farthest = |axis: usize| if normal[axis] > 0.0 { bounds.max[axis] } else { bounds.min[axis] };
         let plane = Vector3::from([0, 1, 2].map(farthest)).dot(&normal);
         let Some(pose) = to_rigid(pose) else { return f64::NEG_INFINITY };

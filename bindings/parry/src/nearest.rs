@@ -18,6 +18,9 @@ const STEPS: u32 = 128;
 const STEPS_ALONG: u32 = 48;
 const SHORTER: f64 = 0.4;
 
+/// A point is on the field's surface within this fraction of its distance from where the search began.
+pub(crate) const AT_SURFACE: f64 = 1e-6;
+
 pub(crate) struct NearestPoint<'a> {
     pub field: &'a AnyField,
     pub start: Vector3<f64>,

@@ -6,10 +6,10 @@ use std::sync::Arc;
 use parry3d::math::Pose;
 use parry3d::shape::Shape;
 use sdf_core::nalgebra::Vector3;
-use sdf_core::{AnyField, Sdf, shapes};
+use sdf_core::{Aabb, AnyField, Sdf, shapes};
 
 use crate::convert::{to_core, to_parry, to_rigid};
-use crate::nearest::NearestPoint;
+use crate::nearest::{AT_SURFACE, NearestPoint};
 use crate::search::Search;
 use crate::shape::SdfShape;
 use crate::surface::Surface;
@@ -21,11 +21,10 @@ use crate::vertices;
 const WAYS_TO_AND_FRO: u32 = 32;
 const SHORTENED: f64 = 1e-6;
 
-/// A point is on the field's surface within this fraction of its distance from where the search began.
-const AT_SURFACE: f64 = 1e-6;
-
 pub(crate) struct Pair {
     pub field: Arc<AnyField>,
+    /// The box around the field's inside.
+    pub bounds: Aabb,
     pub surface: Arc<Surface>,
     /// The field is the second shape.
     pub flipped: bool,
@@ -34,25 +33,26 @@ pub(crate) struct Pair {
 impl Pair {
     /// `None` if neither is an [`SdfShape`], or its partner has no triangles.
     pub fn new(g1: &dyn Shape, g2: &dyn Shape) -> Option<Self> {
-        Self::roles(g1, g2)
-            .and_then(|(field, shape, flipped)| Some(Self { field, surface: surface_of(shape)?, flipped }))
+        Self::roles(g1, g2).and_then(|(field, bounds, shape, flipped)| {
+            Some(Self { field, bounds, surface: surface_of(shape)?, flipped })
+        })
     }
 
     /// The same with a surface that is known from the last step.
     pub fn with_surface(g1: &dyn Shape, g2: &dyn Shape, surface: Arc<Surface>) -> Option<Self> {
-        Self::roles(g1, g2).map(|(field, _, flipped)| Self { field, surface, flipped })
+        Self::roles(g1, g2).map(|(field, bounds, _, flipped)| Self { field, bounds, surface, flipped })
     }
 
-    fn roles<'a>(g1: &'a dyn Shape, g2: &'a dyn Shape) -> Option<(Arc<AnyField>, &'a dyn Shape, bool)> {
+    fn roles<'a>(g1: &'a dyn Shape, g2: &'a dyn Shape) -> Option<(Arc<AnyField>, Aabb, &'a dyn Shape, bool)> {
         let sdf = |shape: &dyn Shape| shape.as_shape::<SdfShape>().cloned();
         let has_surface =
             |shape: &dyn Shape| shape.as_halfspace().is_none() && sdf(shape).is_none_or(|sdf| sdf.mesh().is_some());
         let has_mesh = |shape: &dyn Shape| sdf(shape).is_some_and(|sdf| sdf.mesh().is_some());
         match (sdf(g1), sdf(g2)) {
-            (Some(field), _) if has_surface(g2) => Some((field.shared_field(), g2, false)),
-            (_, Some(field)) if has_surface(g1) => Some((field.shared_field(), g1, true)),
-            _ if has_mesh(g1) => Some((half_space(g2)?, g1, true)),
-            _ if has_mesh(g2) => Some((half_space(g1)?, g2, false)),
+            (Some(field), _) if has_surface(g2) => Some((field.shared_field(), field.field_bounds(), g2, false)),
+            (_, Some(field)) if has_surface(g1) => Some((field.shared_field(), field.field_bounds(), g1, true)),
+            _ if has_mesh(g1) => half_space(g2).map(|(field, bounds)| (field, bounds, g1, true)),
+            _ if has_mesh(g2) => half_space(g1).map(|(field, bounds)| (field, bounds, g2, false)),
             _ => None,
         }
     }
@@ -74,7 +74,7 @@ impl Pair {
     }
 
     fn touches_by_value(&self, pose: &Pose, margin: f64, search: Search) -> Vec<Touch> {
-        to_rigid(pose).map_or(vec![], |pose| touches(&self.field, &self.surface, &pose, margin, search))
+        to_rigid(pose).map_or(vec![], |pose| touches((&self.field, &self.bounds), &self.surface, &pose, margin, search))
     }
 
     /// The touch with the lowest φ. Its value is at most that at any vertex of the surface.
@@ -156,7 +156,7 @@ impl Pair {
     fn way_out(&self, touch: Touch) -> Touch {
         // From within, the surface is on the other side of its triangles.
         let touch = Touch { point: touch.point + touch.normal * (2.0 * touch.border), ..touch };
-        let bounds = self.field.bounds(0.0);
+        let bounds = &self.bounds;
         let last = |axis: usize| if touch.normal[axis] > 0.0 { bounds.min[axis] } else { bounds.max[axis] };
         let depth = (touch.point - Vector3::from([0, 1, 2].map(last))).dot(&touch.normal);
         let (field_point, normal) = (touch.point - touch.normal * depth, -touch.normal);
@@ -164,7 +164,9 @@ impl Pair {
     }
 }
 
-fn half_space(shape: &dyn Shape) -> Option<Arc<AnyField>> {
+fn half_space(shape: &dyn Shape) -> Option<(Arc<AnyField>, Aabb)> {
     let normal = to_core(shape.as_halfspace()?.normal);
-    Some(Arc::new(AnyField::from(shapes::HalfSpace::new(normal.into(), 0.0)?)))
+    let field = AnyField::from(shapes::HalfSpace::new(normal.into(), 0.0)?);
+    let bounds = field.bounds(0.0);
+    Some((Arc::new(field), bounds))
 }

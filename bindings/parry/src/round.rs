@@ -129,7 +129,7 @@ impl RoundSurface<'_> {
 
     /// The shortest way out of the field's box, along the segment or at right angles to it, for a segment that pierces the field.
     fn way_out(&self, touch: Touch) -> Touch {
-        let (bounds, [a, b]) = (self.query.field.bounds(0.0), self.segment);
+        let (bounds, [a, b]) = (self.query.bounds, self.segment);
         let axis = (b - a).normalize();
         let across = (0..3).map(|k| Vector3::ith(k, 1.0)).filter_map(|x| (x - axis * axis.dot(&x)).try_normalize(1e-3));
         let ways = across.chain([axis]).flat_map(|way| [way, -way]).map(|way| {

@@ -28,6 +28,8 @@ use crate::surface::Surface;
 pub struct SdfShape {
     field: Arc<AnyField>,
     bounds: Aabb,
+    /// The same as the field has it. A grid reads many samples to tell it.
+    field_bounds: sdf_core::Aabb,
     /// A point with φ ≤ 0, or on the surface.
     inner_point: Option<Vector3<f64>>,
     unit_mass: Arc<OnceLock<MassProperties>>,
@@ -101,16 +103,18 @@ impl SdfShape {
     /// Any field of the core: a closed form, a baked grid, a combination. In the unit of the scene, negative inside.
     pub fn new(field: impl Into<AnyField>) -> Result<Self, InvalidShape> {
         let field = field.into();
-        let bounds = field.bounds(0.0);
-        let is_body = (0..3).all(|axis| bounds.min[axis] <= bounds.max[axis] && bounds.extents()[axis].is_finite());
+        let field_bounds = field.bounds(0.0);
+        let sdf_core::Aabb { min, max } = field_bounds;
+        let is_body = (0..3).all(|axis| min[axis] <= max[axis] && field_bounds.extents()[axis].is_finite());
         if !is_body {
             return Err(InvalidShape::Unbounded);
         }
-        let bounds = Aabb::new(to_parry(bounds.min.into()), to_parry(bounds.max.into()));
+        let bounds = Aabb::new(to_parry(min.into()), to_parry(max.into()));
         if !(bounds.mins.is_finite() && bounds.maxs.is_finite()) {
             return Err(InvalidShape::TooFar);
         }
-        let shape = Self { field: Arc::new(field), bounds, inner_point: None, unit_mass: Arc::default(), mesh: None };
+        let field = Arc::new(field);
+        let shape = Self { field, bounds, field_bounds, inner_point: None, unit_mass: Arc::default(), mesh: None };
         let inner_point = shape.find_inner_point();
         if inner_point.is_none() && shape.is_empty() {
             return Err(InvalidShape::Unbounded);
@@ -139,6 +143,11 @@ impl SdfShape {
 
     pub(crate) fn shared_field(&self) -> Arc<AnyField> {
         self.field.clone()
+    }
+
+    /// The box around the field's inside.
+    pub(crate) fn field_bounds(&self) -> sdf_core::Aabb {
+        self.field_bounds
     }
 
     pub(crate) fn mesh(&self) -> Option<&Arc<Surface>> {
@@ -185,8 +194,8 @@ impl SdfShape {
         MassProperties::with_inertia_matrix(to_parry(centre), volume as f32, inertia)
     }
 
-    /// Of cubes that lie wholly inside, and of shares of those that the surface meets: cut into eight as long as the budget lasts, so that
-    /// a body that is thin in its box is counted in cells as thin.
+    /// Adds up cubes that lie wholly inside, and shares of those that the surface meets. These are cut into eight as long as the budget lasts,
+    /// so that a body that is thin in its box is counted in cells as thin.
     fn moments(&self) -> Moments {
         let (low, extents) = (to_core(self.bounds.mins), to_core(self.bounds.extents()));
         let mut moments = Moments::default();

@@ -12,7 +12,7 @@ use sdf_core::placed::Rigid;
 use sdf_core::{Aabb, AnyField, EnclosedSdf, Sdf, Simplex};
 
 use crate::footprint;
-use crate::nearest::NearestPoint;
+use crate::nearest::{AT_SURFACE, NearestPoint};
 use crate::round::RoundSurface;
 use crate::search::Search;
 use crate::surface::{Part, Rounding, Surface};
@@ -47,15 +47,19 @@ impl Touch {
 
 /// Points on which a field stands are numbered from here on, as vertices; a triangle in a box has at most nine corners.
 const FIRST_FOOTPRINT: u32 = 1 << 28;
-const MOST_CORNERS: u32 = 9;
-
-/// A point is on the field's surface within this fraction of its distance from where the search began.
-const AT_SURFACE: f64 = 1e-6;
+const MAX_CORNERS: u32 = 9;
 
 /// All touches with φ ≤ margin, as far as the search finds them. Where φ is no distance, their gaps can be larger.
-pub(crate) fn touches(field: &AnyField, surface: &Surface, pose: &Rigid, margin: f64, search: Search) -> Vec<Touch> {
+/// The field comes with the box around its inside.
+pub(crate) fn touches(
+    (field, bounds): (&AnyField, &Aabb),
+    surface: &Surface,
+    pose: &Rigid,
+    margin: f64,
+    search: Search,
+) -> Vec<Touch> {
     let found = surface.parts.iter().zip(0..).map(|(part, number)| {
-        let query = Query { field, part, number, pose, margin };
+        let query = Query { field, bounds, part, number, pose, margin };
         match search {
             Search::Local => query.run(&Newton::default()),
             Search::Certified => query.run(&Certified { evaluations: 256, ..Certified::default() }),
@@ -67,6 +71,7 @@ pub(crate) fn touches(field: &AnyField, surface: &Surface, pose: &Rigid, margin:
 /// The search of one part of a surface.
 pub(crate) struct Query<'a> {
     pub field: &'a AnyField,
+    pub bounds: &'a Aabb,
     part: &'a Part,
     number: u32,
     pose: &'a Rigid,
@@ -132,12 +137,12 @@ impl Query<'_> {
 
     /// Points on which the field stands, of these faces that are larger than it.
     fn footprints<M: Minimizer<1>>(&self, method: &M, faces: &[Contact<f64>], margin: f64) -> Vec<Contact<f64>> {
-        let (bounds, extent) = (self.field.bounds(0.0), self.field.extent());
+        let extent = self.field.extent();
         let of_face = |face: &Contact<f64>| {
             let simplex = Simplex { corners: face.vertices.map(|vertex| self.corner(vertex)) };
             let is_wide = simplex.longest_edge() > extent;
-            let corners = if is_wide { footprint::corners(simplex.corners, &bounds, margin) } else { vec![] };
-            let first = FIRST_FOOTPRINT.wrapping_add(face.element.wrapping_mul(MOST_CORNERS));
+            let corners = if is_wide { footprint::corners(simplex.corners, self.bounds, margin) } else { vec![] };
+            let first = FIRST_FOOTPRINT.wrapping_add(face.element.wrapping_mul(MAX_CORNERS));
             (first..).zip(corners).filter_map(|(id, at)| self.point(method, id, at, margin)).collect::<Vec<_>>()
         };
         faces.iter().flat_map(of_face).collect()

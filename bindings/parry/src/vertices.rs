@@ -20,7 +20,7 @@ const FIRST_CODE: u32 = 1 << 29;
 const AT_SURFACE: f64 = 1e-7;
 
 /// Cosine of the least angle between a shape without an inside and the way to the field's inside: below it, the side is open.
-const LEAST_COSINE: f64 = 0.05;
+const MIN_COSINE: f64 = 0.05;
 
 /// Touches of the mesh of a field with the other shape, within the margin. `inner` is a point inside of the field, and `pose` takes the
 /// other shape into the field's frame.
@@ -43,7 +43,7 @@ pub(crate) fn touches(mesh: &Surface, inner: Vector3<f64>, other: &dyn Shape, po
             there.is_inside
         } else {
             let to_inner = (inner - point).try_normalize(0.0)?.dot(&line);
-            if to_inner.abs() < LEAST_COSINE {
+            if to_inner.abs() < MIN_COSINE {
                 return None;
             }
             to_inner > 0.0

@@ -100,6 +100,7 @@ impl<F: Sdf, S: Deref<Target = [F]>> Compound<S> {
 impl<F: Sdf, S: Deref<Target = [F]>> Sdf for Compound<S> {
     const IS_SMOOTH_AS_IT_IS: bool = F::IS_SMOOTH_AS_IT_IS;
 
+    // All parts: by boxes, certified searches of edges spill 300 bytes more on a GPU.
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         self.combine(Sample::new(R::zero(), Vector3::zeros()), |part| part.evaluate(point), lower)
