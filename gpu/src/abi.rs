@@ -3,7 +3,7 @@
 //! Everything is `repr(C)` and made of integers and floats of fixed size. An address of the card is a `u64`.
 
 /// Counts the changes of this file, and the mends without which kernels are wrong: kernels of another version are refused.
-pub const VERSION: u32 = 15;
+pub const VERSION: u32 = 16;
 
 /// Threads of a certified search on a grid: a team has one element.
 pub const TEAM: u32 = 8;

@@ -269,7 +269,7 @@ impl GpuQuery {
             (Stages::LeanSeparate, Unsettled::Keep) => {
                 let search = format!("lean_search_{elements}_{kind}_{method}");
                 let unsettled = self.mesh.unsettled.device_ptr(&self.gpu.stream).0;
-                let quick = SearchParams { iterations: 1, ..first };
+                let quick = SearchParams { iterations: first.iterations.min(1), ..first };
                 let rest = Frame { survivors: unsettled, survivor_counter: counter::UNSETTLED, ..frame };
                 return Ok(vec![
                     step(format!("lean_cull_{elements}_{kind}"), frame, None)?,

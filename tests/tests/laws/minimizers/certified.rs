@@ -1,9 +1,9 @@
 //! Certified search: its gap, its budget, and several minima.
 
 use nalgebra::Vector3;
-use sdf_core::combine::{Difference, Intersection, Offset, Shell, Union};
+use sdf_core::combine::{Compound, Difference, Intersection, Offset, Shell, Union};
 use sdf_core::minimize::{Certified, Minimizer, Minimum, PointSampling};
-use sdf_core::placed::{Affine, Placed, Stretch};
+use sdf_core::placed::{Affine, Placed, Similarity, Stretch};
 use sdf_core::shapes::{Cone, Cuboid, HalfSpace, Sphere, Torus};
 use sdf_core::{DynSdf, Float, Sdf, Simplex};
 use sdf_tests::oracle::{cast, convex_minimum, face_near_surface, lattice_minimum, random_simplex};
@@ -90,6 +90,32 @@ fn within_256_evaluations_all_shapes_are_certified_on_99_percent_of_random_faces
         }
     }
     assert!(failures.is_empty(), "{failures:?}");
+}
+
+/// The parts near an element matter, in whatever order all are listed.
+#[test]
+fn within_256_evaluations_unions_of_many_parts_are_certified_on_99_percent_of_random_faces() {
+    const FACES: u32 = 400;
+    let method = Certified { evaluations: 256, ..Certified::default() };
+    let mut random = Random::seeded();
+    for count in [30, 200] {
+        let part = |random: &mut Random| {
+            let rotation = [(); 4].map(|()| random.between(-1.0, 1.0));
+            let placement = Similarity::new(random.in_cube(1.0).into(), rotation, 1.0).unwrap();
+            Placed { field: Torus::new(0.3, 0.1).unwrap(), placement }
+        };
+        let parts: Vec<_> = (0..count).map(|_| part(&mut random)).collect();
+        let union = Compound::new(parts).unwrap();
+        let minima = (0..FACES).map(|_| method.minimize(&union, &face_near_surface(&union, 1.0, &mut random)));
+        let (mut certified, mut evaluations) = (0, 0.0);
+        for minimum in minima {
+            certified += u32::from(minimum.converged);
+            evaluations += minimum.evaluations / f64::from(FACES);
+            assert!(minimum.evaluations <= 256.0);
+        }
+        println!("{count} tori: {certified} of {FACES}, {evaluations:.1} evaluations in the mean");
+        assert!(certified * 100 >= FACES * 99, "{count} tori: {certified} of {FACES}");
+    }
 }
 
 /// A floor of two triangles is as precise as one of many: faces of 10 to 1000 sizes, each through a point near the body.
