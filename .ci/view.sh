@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Opens a page of `sdftool view` in headless Chromium: it must be drawn without an error of WebGL, in the colours of the surface, the
-# mesh and the contacts, and a contact that is picked must have the numbers of the contact list. So must a page of `sdftool simulate`, in
-# the colours of a cloth and a body.
+# mesh and the contacts, and a contact that is picked must have the numbers of the contact list. Far from the origin, and with a vertex
+# that no face uses, the picture must be the same. So must a page of `sdftool simulate` be drawn, in the colours of a cloth and a body.
 # As root on Debian it installs Chromium if it is missing. Pictures are left in the folder named by OUT, if it is set.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -34,17 +34,24 @@ page="file://$folder/page.html#up=z&pick=7"
 open --dump-dom "$page" >page.txt || fail "chromium ended with status $?: $(tail -n 1 chromium.txt)"
 open --screenshot="$out/view.png" "$page" || fail "chromium ended with status $?"
 open --screenshot="$out/slice.png" "file://$folder/page.html#up=z&show=slice,normals,bricks&hide=mesh" || fail "chromium ended with status $?"
+for mesh in body cloth; do
+    awk '/^v / { printf "v %.9f %.9f %.9f\n", $2 + 1e6, $3 - 2e6, $4 + 1e6; next } { print }' demo/$mesh.obj >far-$mesh.obj
+done
+echo "v 9e9 9e9 9e9" >>far-cloth.obj
+"$SDFTOOL" bake far-body.obj --res 128 -o far.sdf.h5 >/dev/null
+"$SDFTOOL" view far.sdf.h5 far-cloth.obj --margin 0.02 -o far.html
+open --screenshot="$out/far.png" "file://$folder/far.html#up=z&pick=7" || fail "chromium ended with status $?"
 "$SDFTOOL" simulate "$scene" --small --frames 4 -o run.html >/dev/null
 open --virtual-time-budget=500 --dump-dom "file://$folder/run.html" >run.txt || fail "chromium ended with status $?"
 grep -q '<title>A coarse cloth.* [1-5]</title>' run.txt || fail "the page of simulate draws no frame: $(grep -m 1 '<title>' run.txt)"
 open --virtual-time-budget=500 --screenshot="$out/run.png" "file://$folder/run.html" || fail "chromium ended with status $?"
-python3 - page.txt list.csv "$out/view.png" "$out/slice.png" "$out/run.png" <<'PYTHON'
+python3 - page.txt list.csv "$out/view.png" "$out/slice.png" "$out/run.png" "$out/far.png" <<'PYTHON'
 import csv, re, struct, sys, zlib
 
 dom, table, *pictures = sys.argv[1:]
 text = open(dom).read()
-title = re.search("<title>(.*?)</title>", text)[1]
-assert title == "ready 0", title
+drawn = re.search('data-drawn="(.*?)"', text)
+assert drawn and drawn[1] == "ready 0", drawn
 picked = dict(re.findall(r"<tr><td>(.*?)</td><td>(.*?)</td></tr>", re.search(r'id="picked">(.*?)</table>', text, re.S)[1]))
 [row] = [row for row in csv.DictReader(open(table)) if row["id"] == picked["face"]]
 numbers = [float(x) for key in ["distance", "lower bound", "point", "normal", "evaluations"] for x in picked[key].split(", ")]
@@ -86,7 +93,9 @@ def is_there(found, what, holds):
     return f"{what} {count}"
 
 
-view, slice_, run = map(colours, pictures)
+view, slice_, run, far = map(colours, pictures)
+differing = sum(abs(view.get(key, 0) - far.get(key, 0)) for key in {*view, *far}) / sum(view.values())
+assert differing < 0.01, f"far from the origin {differing:.1%} of the picture is another"
 print("view: pixels:", ", ".join([
     is_there(view, "grey surface", lambda r, g, b: r == g == b and 1 < r < 6),
     is_there(view, "green mesh", lambda r, g, b: g > r and g > b),
@@ -96,6 +105,6 @@ print("view: pixels:", ", ".join([
     is_there(run, "blue cloth", lambda r, g, b: b > g > r),
     is_there(run, "brown body", lambda r, g, b: r > g > b),
 ]))
-print(f"view: {title}; contact of face {picked['face']} as in the list")
+print(f"view: {drawn[1]}; far away {differing:.2%} of the picture is another; contact of face {picked['face']} as in the list")
 PYTHON
 echo "view: $(stat -c %s page.html) bytes of page"

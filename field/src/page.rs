@@ -1,8 +1,9 @@
 //! A field, a mesh and their contacts as one HTML page: `page/template.html` draws them by WebGL2, without a network. It is what
 //! `sdftool view` writes and what the browser's door shows.
 //!
-//! The numbers stand in one deflated text. Points are u16 in the box of all, points and indices are differences from the one before,
-//! which deflate well. The surface and the slice are at most 128 cells fine.
+//! The numbers stand in one deflated text. Points are u16 in the box of their mesh, points and indices are differences from the one
+//! before, which deflate well. The surface and the slice are at most 128 cells fine. A graphics card computes in f32: all that is drawn
+//! is about the middle of the scene and in units of its diagonal (`Frame`), whatever its place and its unit.
 
 use std::io::Write;
 
@@ -86,14 +87,16 @@ pub fn page(scene: &Scene) -> Result<Page, PageError> {
     }
     let SurfaceMesh { points, triangles } = scene.field.surface(0.0, &lattice, Threads::ALL);
     let points: Vec<[f64; 3]> = points.iter().map(|point| scene.push(Vector3::from(*point)).into()).collect();
-    let window = scene.window(&lattice, &points);
+    let frame = Frame::new(&scene.window(&lattice, &points));
     let mut parts = Parts::default();
-    parts.mesh("surface", &window, &points, &triangles);
+    let mut boxes = Map::new();
+    boxes.insert("surface".to_owned(), parts.mesh("surface", &frame, &points, &triangles));
     if let Some(mesh) = scene.mesh {
-        parts.mesh("mesh", &window, mesh.points, mesh.faces);
+        boxes.insert("mesh".to_owned(), parts.mesh("mesh", &frame, mesh.points, mesh.faces));
     }
     let contacts = scene.contacts;
-    parts.f32s("contact_points", contacts.iter().flat_map(|contact| contact.point));
+    let contact_points = contacts.iter().flat_map(|contact| contact.point);
+    parts.put("contact_points", contact_points.flat_map(f64::to_le_bytes), 8);
     parts.f32s("contact_normals", contacts.iter().flat_map(|contact| contact.normal));
     let numbers = |contact: &ContactRecord| [contact.distance, contact.lower_bound, f64::from(contact.evaluations)];
     parts.f32s("contact_numbers", contacts.iter().flat_map(numbers));
@@ -101,7 +104,7 @@ pub fn page(scene: &Scene) -> Result<Page, PageError> {
     let bricks = scene.field.grid().map_or(&[][..], |grid| grid.storage().slots());
     parts.put("bricks", bricks.iter().flatten().flat_map(|index| (*index as u16).to_le_bytes()), 2);
     let values = parts.field(scene.field, &lattice);
-    let head = scene.head(&lattice, &window, values, parts.places);
+    let head = scene.head(&lattice, &frame, values, boxes, parts.places);
     let data = BASE64_STANDARD.encode(deflated(&parts.bytes));
     // In a script, `</` or `<!--` of a name would end it. The head comes last: a name in it may be that of another placeholder.
     let html = TEMPLATE.replace("{{DATA}}", &data).replace("{{HEAD}}", &head.to_string().replace('<', "\\u003c"));
@@ -145,40 +148,52 @@ impl<'a> Scene<'a> {
     /// The box of all that is drawn.
     fn window(&self, lattice: &Lattice, surface: &[[f64; 3]]) -> Aabb {
         let field = self.pose.map_or(lattice.bounds(), |pose| pose.push_bounds(lattice.bounds()));
-        let mesh = self.mesh.map_or(&[][..], |mesh| mesh.points);
-        let points = surface.iter().chain(mesh).filter(|point| point.iter().all(|x| x.is_finite()));
-        points.fold(field, |window, point| Aabb {
-            min: std::array::from_fn(|axis| window.min[axis].min(point[axis])),
-            max: std::array::from_fn(|axis| window.max[axis].max(point[axis])),
-        })
+        let mesh = self.mesh.and_then(|mesh| Aabb::from_points(used_points(mesh.points, mesh.faces)));
+        let all = [Some(field), mesh, Aabb::from_points(surface.iter().copied())];
+        all.into_iter().flatten().reduce(|a, b| a.union(&b)).unwrap_or(field)
     }
 
-    fn head(&self, lattice: &Lattice, window: &Aabb, values: [f64; 2], parts: Map<String, Value>) -> Value {
+    /// The matrix, column by column, from numbers along the axes of a lattice in the field's frame, in steps, to what is drawn.
+    fn matrix(&self, frame: &Frame, origin: [f64; 3], steps: [f64; 3]) -> Vec<f64> {
+        let origin = self.push(Vector3::from(origin));
+        let zero = self.push(Vector3::zeros());
+        let column = |axis: usize| (self.push(Vector3::ith(axis, 1.0)) - zero) * (steps[axis] / frame.unit);
+        let columns = [0, 1, 2].map(|axis| column(axis).push(0.0));
+        let [x, y, z] = frame.place(origin.into());
+        columns.iter().flat_map(|column| column.iter().copied()).chain([x, y, z, 1.0]).collect()
+    }
+
+    fn head(
+        &self,
+        lattice: &Lattice,
+        frame: &Frame,
+        values: [f64; 2],
+        boxes: Map<String, Value>,
+        parts: Map<String, Value>,
+    ) -> Value {
         let element = self.contacts.first().map_or("face", |contact| contact.element.name());
-        let origin = self.push(Vector3::zeros());
-        let column = |axis: usize| self.push(Vector3::ith(axis, 1.0)) - origin;
-        let columns = [0, 1, 2].map(column).map(|along: Vector3<f64>| [along.x, along.y, along.z, 0.0]);
-        let pose = [columns[0], columns[1], columns[2], [origin.x, origin.y, origin.z, 1.0]].concat();
+        let (low, size) = (lattice.origin(), lattice.bounds().extents());
         json!({
             "name": self.name,
             "facts": self.facts(),
             "element": element,
             "statuses": sdf_core::contact::ContactStatus::NAMES,
             "status": self.contacts.iter().map(|contact| contact.status.code()).collect::<Vec<_>>(),
-            "low": window.min,
-            "size": window.extents(),
-            "pose": pose,
+            "center": frame.center,
+            "unit": frame.unit,
+            "boxes": boxes,
             "field": {
-                "low": lattice.origin(),
-                "size": lattice.bounds().extents(),
+                "low": low,
+                "size": size,
+                "matrix": self.matrix(frame, low, size),
                 "counts": lattice.nodes(),
                 "values": values,
                 "isoline": isoline(values),
             },
-            "bricks": self.field.grid().map(|grid| json!({
-                "origin": grid.lattice().origin(),
-                "side": grid.lattice().spacing() * f64::from(BRICK),
-            })),
+            "bricks": self.field.grid().map(|grid| {
+                let side = grid.lattice().spacing() * f64::from(BRICK);
+                self.matrix(frame, grid.lattice().origin(), [side; 3])
+            }),
             "parts": parts,
         })
     }
@@ -238,7 +253,32 @@ fn isoline([low, high]: [f64; 2]) -> f64 {
         }
 }
 
-/// Arrays one after the other, each at a multiple of four bytes.
+/// The points that some triangle uses; the others may be anything.
+fn used_points<'a>(points: &'a [[f64; 3]], triangles: &'a [[u32; 3]]) -> impl Iterator<Item = [f64; 3]> + 'a {
+    let used = triangles.iter().flatten().filter_map(|vertex| points.get(*vertex as usize).copied());
+    used.filter(|point| point.iter().all(|x| x.is_finite()))
+}
+
+/// Where the picture is in the world: its middle is drawn at 0, its diagonal as 1.
+struct Frame {
+    center: [f64; 3],
+    unit: f64,
+}
+
+impl Frame {
+    fn new(window: &Aabb) -> Self {
+        let center = std::array::from_fn(|axis| 0.5 * window.min[axis] + 0.5 * window.max[axis]);
+        // A point has no diagonal.
+        let unit = Some(window.diagonal()).filter(|diagonal| *diagonal > 0.0 && diagonal.is_finite()).unwrap_or(1.0);
+        Self { center, unit }
+    }
+
+    fn place(&self, point: [f64; 3]) -> [f64; 3] {
+        std::array::from_fn(|axis| (point[axis] - self.center[axis]) / self.unit)
+    }
+}
+
+/// Arrays one after the other, each at a multiple of eight bytes.
 #[derive(Default)]
 struct Parts {
     bytes: Vec<u8>,
@@ -251,7 +291,7 @@ impl Parts {
         let start = self.bytes.len();
         self.bytes.extend(bytes);
         let count = (self.bytes.len() - start) / element;
-        self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
+        self.bytes.resize(self.bytes.len().next_multiple_of(8), 0);
         self.places.insert(name.to_owned(), json!([start, count]));
     }
 
@@ -259,10 +299,14 @@ impl Parts {
         self.put(name, numbers.flat_map(|number| (number as f32).to_le_bytes()), 4);
     }
 
-    fn mesh(&mut self, name: &str, window: &Aabb, points: &[[f64; 3]], triangles: &[[u32; 3]]) {
-        let extents = window.extents();
+    /// Adds points and triangles, and returns the box in which the points are.
+    fn mesh(&mut self, name: &str, frame: &Frame, points: &[[f64; 3]], triangles: &[[u32; 3]]) -> Value {
+        let bounds = Aabb::from_points(used_points(points, triangles).map(|point| frame.place(point)));
+        let bounds = bounds.unwrap_or(Aabb { min: [0.0; 3], max: [0.0; 3] });
+        let extents = bounds.extents();
         let steps = |point: &[f64; 3]| -> [u16; 3] {
-            std::array::from_fn(|axis| ((point[axis] - window.min[axis]) / extents[axis] * 65535.0).round() as u16)
+            let place = frame.place(*point);
+            std::array::from_fn(|axis| ((place[axis] - bounds.min[axis]) / extents[axis] * 65535.0).round() as u16)
         };
         let mut last = [0_u16; 3];
         let change = |point: &[f64; 3]| {
@@ -274,6 +318,7 @@ impl Parts {
         let mut last = 0_u32;
         let changes = triangles.iter().flatten().map(|index| index.wrapping_sub(std::mem::replace(&mut last, *index)));
         self.put(&format!("{name}_triangles"), changes.flat_map(u32::to_le_bytes), 4);
+        json!({ "low": bounds.min, "size": extents })
     }
 
     /// The values at the nodes in 256 steps; returns those of the first and the last step.

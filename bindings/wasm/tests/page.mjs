@@ -48,7 +48,7 @@ const drop = async path => {
   await until(`document.getElementById("status").textContent != ""`);
   await idle();
 };
-const drawn = () => until(`document.getElementById("view").contentDocument?.title?.startsWith("ready")`);
+const drawn = () => until(`document.getElementById("view").contentDocument?.documentElement?.dataset?.drawn?.startsWith("ready")`);
 const sdftool = (...words) => JSON.parse(execFileSync(program, [...words, "--json"], { encoding: "utf8", maxBuffer: 2 ** 30 }));
 
 const { targetInfos } = await ask("Target.getTargets");
@@ -82,7 +82,7 @@ await drawn();
 const rows = await evaluate(`[...document.getElementById("view").contentDocument.querySelectorAll("#facts tr")].map(row => [...row.cells].map(cell => cell.textContent))`);
 const facts = Object.fromEntries(rows);
 assert.equal(facts.contacts, String(found.length));
-assert.equal(await evaluate(`document.getElementById("view").contentDocument.title`), "ready 0");
+assert.equal(await evaluate(`document.getElementById("view").contentDocument.documentElement.dataset.drawn`), "ready 0");
 assert.equal(await evaluate(`document.getElementById("view").contentDocument.getElementById("name").textContent`), `${basename(mesh).split(".")[0]} on ${basename(body).split(".")[0]}`);
 if (picture) writeFileSync(picture, Buffer.from((await ask("Page.captureScreenshot")).data, "base64"));
 console.log(`page: ${said}; as by the program`);
