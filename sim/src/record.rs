@@ -14,7 +14,7 @@ mod picture;
 mod vtkhdf;
 
 pub use obj::{files_of_folder, write_folder};
-pub use page::{MAX_PAGE_FRAMES, page};
+pub use page::{page, page_frames};
 pub use picture::{animation, contact_sheet};
 pub use vtkhdf::{still_path, write_vtkhdf};
 

@@ -176,7 +176,7 @@ impl Target {
     fn frames(&self) -> String {
         let (all, path) = (self.recording.frames.len(), self.path.display());
         let kept = match self.form {
-            Form::Page => record::thinned(all, record::MAX_PAGE_FRAMES).count(),
+            Form::Page => record::page_frames(&self.recording).count(),
             Form::Animation => record::thinned(all, ANIMATION[0]).count(),
             Form::Sheet => all.min(SHEET[0]),
             Form::VtkHdf | Form::Folder => all,

@@ -1,9 +1,26 @@
-//! One HTML page with a slider: plain WebGL2, nothing from outside. Points are u16 within the recording's box, in base64.
+//! One HTML page with a slider: plain WebGL2, nothing from outside. Points are u16 within the recording's box, in base64; those beyond,
+//! as of a run that explodes, are marked, and not drawn.
 
 use super::Recording;
 
 /// Most frames of a page; more are thinned out evenly.
-pub const MAX_PAGE_FRAMES: usize = 150;
+const MAX_FRAMES: usize = 150;
+
+/// Most bytes of frames: half of what a browser holds as one text.
+const MAX_BYTES: usize = 256 << 20;
+
+/// Bytes of a point in base64.
+const POINT_BYTES: usize = 8;
+
+/// The largest coordinate; of a point that is not drawn all are one above.
+const LARGEST: u16 = u16::MAX - 1;
+
+/// Indices of the frames that a page holds: 150, or of many points fewer, and two at least.
+pub fn page_frames(recording: &Recording) -> impl Iterator<Item = usize> {
+    let points = recording.frames.first().map_or(0, Vec::len);
+    let most = MAX_BYTES / (POINT_BYTES * points.max(1));
+    super::thinned(recording.frames.len(), most.min(MAX_FRAMES))
+}
 
 /// The page of a recording.
 pub fn page(recording: &Recording) -> String {
@@ -12,20 +29,23 @@ pub fn page(recording: &Recording) -> String {
     let extents = bounds.extents().map(|extent| extent.max(f64::from(f32::MIN_POSITIVE)));
     let pack = |points: &[[f32; 3]]| {
         let pack = |point: &[f32; 3]| -> [u16; 3] {
-            std::array::from_fn(|axis| {
-                let share = (f64::from(point[axis]) - bounds.min[axis]) / extents[axis];
-                (share.clamp(0.0, 1.0) * f64::from(u16::MAX)).round() as u16
-            })
+            let share = |axis: usize| (f64::from(point[axis]) - bounds.min[axis]) / extents[axis];
+            let shares = [0, 1, 2].map(share);
+            match shares.iter().all(|share| (0.0..=1.0).contains(share)) {
+                true => shares.map(|share| (share * f64::from(LARGEST)).round() as u16),
+                false => [u16::MAX; 3],
+            }
         };
         points.iter().flat_map(pack).flat_map(u16::to_le_bytes).collect::<Vec<u8>>()
     };
-    let kept = super::thinned(recording.frames.len(), MAX_PAGE_FRAMES);
-    let frames: Vec<&Vec<[f32; 3]>> = kept.map(|index| &recording.frames[index]).collect();
+    let frames: Vec<&Vec<[f32; 3]>> = page_frames(recording).map(|index| &recording.frames[index]).collect();
+    let times: Vec<f64> = page_frames(recording).map(|index| index as f64 / recording.rate).collect();
     let moving: Vec<u8> = frames.iter().flat_map(|points| pack(points)).collect();
     let indices = |indices: &[u32]| base64(&indices.iter().flat_map(|index| index.to_le_bytes()).collect::<Vec<u8>>());
     let head = serde_json::json!({
         "title": recording.title,
         "frames": frames.len(),
+        "times": times,
         "bodyFaces": recording.body_face_count,
         "points": recording.frames.first().map_or(0, Vec::len),
         "min": bounds.min,

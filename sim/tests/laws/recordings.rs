@@ -75,7 +75,8 @@ fn a_recording_is_the_same_picture_in_any_unit() {
     };
     let pages = |recording: &Recording| {
         let page = record::page(recording);
-        let points = page.lines().filter(|line| line.starts_with("const moving") || line.starts_with("const still"));
+        let is_of_points = |line: &&str| line.contains("id=\"moving\"") || line.starts_with("const still");
+        let points = page.lines().filter(is_of_points);
         points.map(str::to_owned).collect::<Vec<_>>()
     };
     let one = recorded(1.0);
@@ -139,4 +140,37 @@ fn a_page_of_few_frames_keeps_the_first_and_the_last_and_others_evenly() {
     assert_eq!(recording.frames.len(), 300);
     let page = record::page(&recording);
     assert!(page.contains("\"frames\":101,"), "{:?}", page.find("\"frames\""));
+}
+
+#[test]
+fn a_page_of_many_points_keeps_fewer_frames() {
+    let mut recording = Recording::default();
+    recording.frames = vec![vec![]; 500];
+    for (points, most) in [(1000, 150), (1_000_000, 33), (20_000_000, 2)] {
+        recording.frames[0] = vec![[0.0; 3]; points];
+        let kept: Vec<usize> = record::page_frames(&recording).collect();
+        assert!(kept.len() <= most && kept.len() > most / 2, "{points}: {}", kept.len());
+        assert_eq!([kept[0], kept[kept.len() - 1]], [0, 499]);
+    }
+}
+
+/// The page's code draws no point whose coordinates are all 65535.
+#[test]
+fn a_point_far_away_or_without_a_place_is_marked_in_a_page() {
+    let mut stage = box_over_floor(-1.5);
+    let mut recording = Recording::new("all", 60.0, &stage, 8);
+    let marks = |recording: &Recording| {
+        let page = record::page(recording);
+        let (_, moving) = page.split_once("id=\"moving\">").unwrap();
+        // Three bytes of 255 are four slashes.
+        moving.split_once('<').unwrap().0.matches("////////").count()
+    };
+    recording.push(&stage);
+    assert_eq!(marks(&recording), 0);
+    for place in [1e12, f64::NAN, f64::INFINITY] {
+        stage.world.bodies[0].position = V3::new(0.0, place, 0.0);
+        recording.push(&stage);
+    }
+    let points = recording.frames[0].len();
+    assert_eq!(marks(&recording), 3 * points);
 }
