@@ -28,7 +28,7 @@ mod row;
 
 use nalgebra::Vector3;
 
-pub use classify::classify;
+pub use classify::{classify, with_error};
 use classify::{describe, is_separated, report};
 pub(crate) use cluster::sort_along_curve;
 pub use cluster::{CLUSTER_SIZE, ClusterKey, Clusters, cluster_count, refit};

@@ -20,8 +20,8 @@
 /// search takes their parts one by one. It is compiled once for the enum, and not for every variant.
 #[macro_export]
 macro_rules! delegate_sdf {
-    ($name:ident { $($variant:ident),+ $(,)? } $(unions { $($union:ident),+ $(,)? })?) => {
-        impl $crate::Sdf for $name {
+    ($name:ident $(<$lifetime:lifetime>)? { $($variant:ident),+ $(,)? } $(unions { $($union:ident),+ $(,)? })?) => {
+        impl $(<$lifetime>)? $crate::Sdf for $name $(<$lifetime>)? {
             fn evaluate<R: $crate::Real>(&self, point: $crate::nalgebra::Vector3<R>) -> $crate::Sample<R> {
                 match self { $(Self::$variant(field) => field.evaluate(point)),+ }
             }
@@ -48,7 +48,7 @@ macro_rules! delegate_sdf {
             }
         }
 
-        impl $crate::EnclosedSdf for $name {
+        impl $(<$lifetime>)? $crate::EnclosedSdf for $name $(<$lifetime>)? {
             fn enclose_box(&self, region: &$crate::Aabb) -> $crate::BoxEnclosure {
                 match self { $(Self::$variant(field) => field.enclose_box(region)),+ }
             }
@@ -101,6 +101,7 @@ macro_rules! delegate_sdf {
                 match self { $(Self::$variant(field) => field.error_bound(region)),+ }
             }
             fn visit_parts<V: $crate::PartVisitor>(&self, visitor: &mut V) {
+                #[allow(unreachable_patterns, reason = "all variants may be unions")]
                 match self {
                     $($(Self::$union(field) => field.visit_parts(visitor),)+)?
                     _ => visitor.visit(&self),

@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | dense grid | AVX2, as a type of its own | AVX2 where the method uses SIMD, else as any field |
 //! | dense grid of u16 or u8, sparse grid | AVX2, as [`OwnedGrid`](sdf_core::grid::owned::OwnedGrid) | AVX2 where the method uses SIMD, else as any field |
-//! | closed form | element by element, as [`AnyField`] | the same |
+//! | closed form | element by element, as [`NearField`], but for runs that are far off | the same |
 //!
 //! Each line is compiled once for a method and a kind of element, whether there is a pose or not ([`Posed`]). A processor
 //! without AVX2 takes the last line, and so does WebAssembly. On other architectures the first two use their baseline vectors.
@@ -17,6 +17,11 @@ use sdf_core::grid::owned::OwnedStorage;
 use sdf_core::minimize::{Minimizer, Minimum};
 use sdf_core::placed::{Posed, Rigid};
 use sdf_core::{AnyField, EnclosedSdf};
+
+use near_field::{NearField, all_of, visit_near, with_error_of_all};
+
+#[cfg_attr(target_arch = "wasm32", path = "engine/whole_field.rs")]
+mod near_field;
 
 /// Elements that are culled side by side: as many f64 as the widest vectors hold.
 const CULL_LANES: usize = 8;
@@ -71,7 +76,7 @@ impl<const N: usize> Query<'_, N> {
                 }
                 _ => self.wide::<OTHER_LANES, _, _>(&**grid, minimizer, vectors),
             },
-            _ => self.one_by_one(0..self.elements.len(), minimizer),
+            _ => self.near_fields(minimizer),
         }
     }
 
@@ -107,27 +112,43 @@ impl<const N: usize> Query<'_, N> {
         survivors
     }
 
-    /// Element by element.
-    #[inline(never)]
-    fn one_by_one<M: Minimizer<N>>(
-        &self,
-        indices: impl Iterator<Item = usize>,
-        minimizer: &M,
-    ) -> Vec<(usize, Outcome<f64, N>)> {
-        let field = Posed { field: self.field, pose: self.pose };
-        let outcome = |index: usize| {
-            let element = &self.elements[index];
-            match cull(&field, self.margins.margin(index), element) {
-                Ok(lower_bound) => {
-                    let level = (self.level)(element);
-                    let minimum = minimizer.minimize_below(&field, &element.simplex, level);
-                    self.outcome(&field, element, &minimum, level, lower_bound)
+    /// Element by element, each in what counts of the field there.
+    fn near_fields<M: Minimizer<N>>(&self, minimizer: &M) -> Vec<(usize, Outcome<f64, N>)> {
+        let whole = Posed { field: self.field, pose: self.pose };
+        let field = Posed { field: all_of(self.field), pose: self.pose };
+        let margin = |index| self.margins.margin(index);
+        let mut outcomes = vec![];
+        visit_near(&field, self.elements, margin, |index, near| {
+            let (minimum, outcome) = self.search(near, index, minimizer);
+            let outcome = match outcome {
+                Outcome::Culled => return,
+                Outcome::Contact(contact) if !self.lean => {
+                    Outcome::Contact(with_error_of_all(&whole, &self.elements[index], &minimum, contact))
                 }
-                Err(outcome) => outcome,
+                outcome => outcome,
+            };
+            outcomes.push((index, outcome));
+        });
+        outcomes
+    }
+
+    /// The minimum on an element and the outcome.
+    #[inline(never)]
+    fn search<M: Minimizer<N>>(
+        &self,
+        field: &Posed<NearField>,
+        index: usize,
+        minimizer: &M,
+    ) -> (Minimum<f64, N>, Outcome<f64, N>) {
+        let element = &self.elements[index];
+        match cull(field, self.margins.margin(index), element) {
+            Ok(lower_bound) => {
+                let level = (self.level)(element);
+                let minimum = minimizer.minimize_below(field, &element.simplex, level);
+                (minimum, self.outcome(field, element, &minimum, level, lower_bound))
             }
-        };
-        let outcomes = indices.map(|index| (index, outcome(index)));
-        outcomes.filter(|(_, outcome)| !matches!(outcome, Outcome::Culled)).collect()
+            Err(outcome) => (Minimum::default(), outcome),
+        }
     }
 
     /// The outcome of an element that the cull leaves, from its minimum, the level of its search and the lower bound there.
@@ -154,7 +175,8 @@ impl<const N: usize> Query<'_, N> {
         let field = Posed { field, pose: self.pose };
         let elements = self.elements;
         if !M::USES_SIMD {
-            return self.one_by_one(culled.iter().map(|(index, _)| *index), minimizer);
+            let field = Posed { field: all_of(self.field), pose: self.pose };
+            return culled.iter().map(|(index, _)| (*index, self.search(&field, *index, minimizer).1)).collect();
         }
         let mut outcomes: Vec<_> = culled.iter().map(|(index, _)| (*index, Outcome::NotFinite)).collect();
         let (mut survivors, mut places) = (vec![], vec![]);

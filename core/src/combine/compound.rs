@@ -1,5 +1,7 @@
 //! The union of a list of fields, [`Compound`]: φ = min_i φ_i, with bounds from the parts that can be the minimum.
 
+#[cfg(feature = "alloc")]
+use alloc::vec::Vec;
 use core::ops::Deref;
 
 use nalgebra::Vector3;
@@ -94,6 +96,41 @@ impl<F: Sdf, S: Deref<Target = [F]>> Compound<S> {
             _ => Some(part.evaluate(point)),
         };
         self.combine_among(parts, Sample::new(R::zero(), Vector3::zeros()), get, lower)
+    }
+}
+
+#[cfg(feature = "alloc")]
+impl<F: Sdf, S: Deref<Target = [F]>> Compound<S> {
+    /// The same union of references.
+    pub fn by_reference(&self) -> Compound<Vec<&F>> {
+        self.with_parts(self.parts().iter().collect())
+    }
+
+    /// A union of some of the parts. Slope bound, magnitude and extent are those of all, so that bounds and tolerances keep their bits.
+    fn with_parts<T>(&self, parts: Vec<T>) -> Compound<Vec<T>> {
+        Compound { parts, scale: self.scale, extent: self.extent }
+    }
+}
+
+#[cfg(feature = "alloc")]
+impl<F: Sdf + Copy> Compound<Vec<F>> {
+    /// The union of the parts that can be the minimum within `radius` of a point, or equal to it. There is at least one, and within the
+    /// radius all values have the same bits.
+    ///
+    /// All parts where the value of one is not finite at the point.
+    pub fn near<R: Float>(&self, point: Vector3<R>, radius: R) -> Self {
+        let scale = FieldScale::new(self);
+        let (mut upper, mut is_finite) = (R::from_f64(f64::INFINITY), true);
+        let bound = |part: &F| {
+            let value = part.value(point);
+            let spread = spread(FieldScale { slope_bound: part.slope_bound_as(), ..scale }, point, radius, value);
+            is_finite &= value.is_finite();
+            upper = Real::min(upper, value + spread);
+            (*part, value - spread)
+        };
+        let bounds: Vec<_> = self.parts.iter().map(bound).collect();
+        let is_near = |lower| !(is_finite && upper < lower);
+        self.with_parts(bounds.into_iter().filter(|(_, lower)| is_near(*lower)).map(|(part, _)| part).collect())
     }
 }
 

@@ -59,14 +59,23 @@ pub(super) fn report<R: Float, F: EnclosedSdf, const N: usize>(
     lower_bound: R,
     rank: u32,
 ) -> Option<Contact<R>> {
-    let contact = describe(field, element, minimum, lower_bound, rank)?;
-    Some(Contact {
+    Some(with_error(field, element, minimum, describe(field, element, minimum, lower_bound, rank)?))
+}
+
+/// The contact at a minimum, with a field's error for its own: of a whole union, where it was made by the parts that are lowest there.
+pub fn with_error<R: Float, F: EnclosedSdf, const N: usize>(
+    field: &F,
+    element: &Element<R, N>,
+    minimum: &Minimum<R, N>,
+    contact: Contact<R>,
+) -> Contact<R> {
+    Contact {
         error_bound: ErrorBound::at_point(field, &Aabb::from_corners(&[minimum.point]), &minimum.sample),
         shape_lower_bound: field
             .error_bound(&Aabb::from_corners(&element.simplex.corners))
             .lowest_distance(contact.lower_bound),
         ..contact
-    })
+    }
 }
 
 /// [`report`] without the field's error, whose bounds are in f64.

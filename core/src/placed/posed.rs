@@ -28,6 +28,17 @@ impl<F, P: Copy> Posed<F, P> {
     }
 }
 
+impl<F, P: Placement> Posed<F, P> {
+    /// A ball of the field's frame that holds all points of a ball in the world: its centre and its radius.
+    #[inline(always)]
+    pub fn pull_ball<R: Real>(&self, center: Vector3<R>, radius: R) -> (Vector3<R>, R) {
+        match &self.pose {
+            None => (center, radius),
+            Some(pose) => (pose.pull(center).point, super::pull_radius(pose, center, radius)),
+        }
+    }
+}
+
 impl<F: Sdf, P: Placement + Copy> Sdf for Posed<F, P> {
     // The field's own code stands here once, between what is before and after it with a pose.
     #[inline(always)]

@@ -28,4 +28,5 @@ mod reach;
 mod refusals;
 mod saves;
 mod stretched;
+mod unions;
 mod visited_contacts;

@@ -1,0 +1,127 @@
+//! The part of a closed form that counts on a few elements: nothing where all are beyond their margins, else of a union the parts that
+//! can be the lowest there.
+//!
+//! A run of elements that follow each other in the mesh is looked at first, then each of its pieces. A run is granted more rounding
+//! than an element, so that what is left for an element is the same in any run, and by itself.
+
+use sdf_core::combine::Compound;
+use sdf_core::contact::{Contact, Element, with_error};
+use sdf_core::delegate_sdf;
+use sdf_core::minimize::Minimum;
+use sdf_core::nalgebra::Vector3;
+use sdf_core::placed::Posed;
+use sdf_core::{AnyField, Sdf};
+
+/// Runs that a run is cut into.
+const PIECES: usize = 4;
+
+/// Width that is added to a run's ball, as a fraction of all coordinates: some thousand roundings.
+const ROUNDING: f64 = 1e-12;
+
+/// A field, or what counts of it.
+pub(super) enum NearField<'a> {
+    Whole(&'a AnyField),
+    /// Parts of a union.
+    Parts(Compound<Vec<&'a AnyField>>),
+}
+
+delegate_sdf!(NearField<'a> { Whole, Parts } unions { Whole, Parts });
+
+/// All of a field.
+pub(super) fn all_of(field: &AnyField) -> NearField<'_> {
+    match field {
+        AnyField::Union(union) if union.parts().len() > 1 => NearField::Parts(union.by_reference()),
+        _ => NearField::Whole(field),
+    }
+}
+
+/// Visits each element that may be within its margin, and maybe some others, in their order, with what counts of the field there.
+pub(super) fn visit_near<'a, const N: usize>(
+    field: &Posed<NearField<'a>>,
+    elements: &[Element<f64, N>],
+    margin: impl Fn(usize) -> f64,
+    visit: impl FnMut(usize, &Posed<NearField<'a>>),
+) {
+    Visit { margin, visit, magnitude: field.magnitude() }.run(field, 0, elements);
+}
+
+struct Visit<M, V> {
+    /// The margin of the element with an index.
+    margin: M,
+    visit: V,
+    /// The field's magnitude.
+    magnitude: f64,
+}
+
+impl<'a, M: Fn(usize) -> f64, V: FnMut(usize, &Posed<NearField<'a>>)> Visit<M, V> {
+    /// Visits a run of elements, of which the first has the index `first`.
+    fn run<const N: usize>(&mut self, field: &Posed<NearField<'a>>, first: usize, run: &[Element<f64, N>]) {
+        if let [element] = run {
+            let near = Ball::of(element).and_then(|ball| parts_near(field, ball));
+            return (self.visit)(first, near.as_ref().unwrap_or(field));
+        }
+        let ball = Ball::around(run, self.magnitude);
+        let highest_margin = (first..).take(run.len()).map(&self.margin).fold(f64::NEG_INFINITY, f64::max);
+        if ball.is_some_and(|ball| ball.lowest(field) > highest_margin) {
+            return;
+        }
+        let near = ball.and_then(|ball| parts_near(field, ball));
+        let length = run.len().div_ceil(PIECES);
+        for (piece, first) in run.chunks(length).zip((first..).step_by(length)) {
+            self.run(near.as_ref().unwrap_or(field), first, piece);
+        }
+    }
+}
+
+/// A contact with what counts of a field, with the error of all of it: a part that is higher may have a larger error, and its body be nearer.
+pub(super) fn with_error_of_all<const N: usize>(
+    all: &Posed<&AnyField>,
+    element: &Element<f64, N>,
+    minimum: &Minimum<f64, N>,
+    contact: Contact<f64>,
+) -> Contact<f64> {
+    with_error(all, element, minimum, contact)
+}
+
+/// The parts of a union that can be the lowest in a ball; `None` where all that is left of the field is needed.
+fn parts_near<'a>(field: &Posed<NearField<'a>>, ball: Ball) -> Option<Posed<NearField<'a>>> {
+    match &field.field {
+        NearField::Parts(union) if union.parts().len() > 1 => {
+            let (center, radius) = field.pull_ball(ball.center, ball.radius);
+            Some(Posed { field: NearField::Parts(union.near(center, radius)), pose: field.pose })
+        }
+        _ => None,
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Ball {
+    center: Vector3<f64>,
+    radius: f64,
+}
+
+impl Ball {
+    /// A ball around an element; `None` where a corner cannot be computed with.
+    fn of<const N: usize>(element: &Element<f64, N>) -> Option<Self> {
+        let center = element.simplex.centroid();
+        element.simplex.is_representable().then(|| Self { center, radius: element.simplex.max_distance_from(center) })
+    }
+
+    /// A ball around the balls of some elements in a field of this magnitude, with room for rounding.
+    fn around<const N: usize>(run: &[Element<f64, N>], magnitude: f64) -> Option<Self> {
+        let balls: Vec<_> = run.iter().map(Self::of).collect::<Option<_>>()?;
+        let centers = balls.iter().map(|ball| ball.center);
+        let lowest = centers.clone().reduce(|a, b| a.inf(&b))?;
+        let highest = centers.reduce(|a, b| a.sup(&b))?;
+        let center = lowest + 0.5 * (highest - lowest);
+        let radius = balls.iter().map(|ball| (ball.center - center).norm() + ball.radius).fold(0.0, f64::max);
+        let largest = lowest.amax().max(highest.amax()).max(radius).max(magnitude);
+        Some(Self { center, radius: radius + ROUNDING * largest })
+    }
+
+    /// Lower bound of φ in a ball with room for rounding.
+    fn lowest<F: Sdf>(&self, field: &F) -> f64 {
+        let (value, reach) = (field.value(self.center), self.radius * field.slope_bound());
+        value - reach - ROUNDING * (value.abs() + reach)
+    }
+}
