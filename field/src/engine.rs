@@ -123,7 +123,7 @@ impl<const N: usize> Query<'_, N> {
             let outcome = match outcome {
                 Outcome::Culled => return,
                 Outcome::Contact(contact) if !self.lean => {
-                    Outcome::Contact(with_error_of_all(&whole, &self.elements[index], &minimum, contact))
+                    Outcome::Contact(with_error_of_all(&whole, near, &self.elements[index], &minimum, contact))
                 }
                 outcome => outcome,
             };

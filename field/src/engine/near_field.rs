@@ -42,7 +42,9 @@ pub(super) fn visit_near<'a, const N: usize>(
     margin: impl Fn(usize) -> f64,
     visit: impl FnMut(usize, &Posed<NearField<'a>>),
 ) {
-    Visit { margin, visit, magnitude: field.magnitude() }.run(field, 0, elements);
+    if !elements.is_empty() {
+        Visit { margin, visit, magnitude: field.magnitude() }.run(field, 0, elements);
+    }
 }
 
 struct Visit<M, V> {
@@ -54,10 +56,10 @@ struct Visit<M, V> {
 }
 
 impl<'a, M: Fn(usize) -> f64, V: FnMut(usize, &Posed<NearField<'a>>)> Visit<M, V> {
-    /// Visits a run of elements, of which the first has the index `first`.
+    /// Visits a run of one element or more, of which the first has the index `first`.
     fn run<const N: usize>(&mut self, field: &Posed<NearField<'a>>, first: usize, run: &[Element<f64, N>]) {
         if let [element] = run {
-            let near = Ball::of(element).and_then(|ball| parts_near(field, ball));
+            let near = parts_near(field, || Ball::of(element));
             return (self.visit)(first, near.as_ref().unwrap_or(field));
         }
         let ball = Ball::around(run, self.magnitude);
@@ -65,7 +67,7 @@ impl<'a, M: Fn(usize) -> f64, V: FnMut(usize, &Posed<NearField<'a>>)> Visit<M, V
         if ball.is_some_and(|ball| ball.lowest(field) > highest_margin) {
             return;
         }
-        let near = ball.and_then(|ball| parts_near(field, ball));
+        let near = parts_near(field, || ball);
         let length = run.len().div_ceil(PIECES);
         for (piece, first) in run.chunks(length).zip((first..).step_by(length)) {
             self.run(near.as_ref().unwrap_or(field), first, piece);
@@ -73,21 +75,27 @@ impl<'a, M: Fn(usize) -> f64, V: FnMut(usize, &Posed<NearField<'a>>)> Visit<M, V
     }
 }
 
-/// A contact with what counts of a field, with the error of all of it: a part that is higher may have a larger error, and its body be nearer.
+/// A contact with what counts of a field, `near`, with the error of all of it: a part that is higher may have a larger error, and its
+/// body be nearer.
 pub(super) fn with_error_of_all<const N: usize>(
     all: &Posed<&AnyField>,
+    near: &Posed<NearField>,
     element: &Element<f64, N>,
     minimum: &Minimum<f64, N>,
     contact: Contact<f64>,
 ) -> Contact<f64> {
-    with_error(all, element, minimum, contact)
+    match near.field {
+        NearField::Whole(_) => contact,
+        NearField::Parts(_) => with_error(all, element, minimum, contact),
+    }
 }
 
 /// The parts of a union that can be the lowest in a ball; `None` where all that is left of the field is needed.
-fn parts_near<'a>(field: &Posed<NearField<'a>>, ball: Ball) -> Option<Posed<NearField<'a>>> {
+fn parts_near<'a>(field: &Posed<NearField<'a>>, ball: impl FnOnce() -> Option<Ball>) -> Option<Posed<NearField<'a>>> {
     match &field.field {
         NearField::Parts(union) if union.parts().len() > 1 => {
-            let (center, radius) = field.pull_ball(ball.center, ball.radius);
+            let Ball { center, radius } = ball()?;
+            let (center, radius) = field.pull_ball(center, radius);
             Some(Posed { field: NearField::Parts(union.near(center, radius)), pose: field.pose })
         }
         _ => None,

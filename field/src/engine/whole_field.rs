@@ -25,6 +25,7 @@ pub(super) fn visit_near<'a, const N: usize>(
 /// The contact as it is: it has the error of all of the field.
 pub(super) fn with_error_of_all<const N: usize>(
     _all: &Posed<&AnyField>,
+    _near: &Posed<NearField>,
     _element: &Element<f64, N>,
     _minimum: &Minimum<f64, N>,
     contact: Contact<f64>,

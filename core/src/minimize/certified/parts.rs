@@ -9,10 +9,10 @@
 //! field: one for the sample of the result, and one for each corner if a part was not searched to its end, because that part may be
 //! lowest there.
 
-use super::Certified;
-use super::branch_and_bound::BranchAndBound;
 use nalgebra::Vector3;
 
+use super::Certified;
+use super::branch_and_bound::BranchAndBound;
 use crate::enclosure::PartVisitor;
 use crate::minimize::Minimum;
 use crate::number::{Float, Real};

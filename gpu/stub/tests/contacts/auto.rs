@@ -192,7 +192,7 @@ fn auto_on_a_card_misses_no_element_and_its_bounds_hold() {
                     );
                 }
                 let is_left_to_cpu = matches!(query.contacts_on_card(), Err(CudaError::LeftToCpu));
-                assert_eq!(is_left_to_cpu, kind == "shapes" || budget.is_some(), "{what}");
+                assert_eq!(is_left_to_cpu, budget.is_some(), "{what}");
             }
         }
     });
