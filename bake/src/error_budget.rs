@@ -118,7 +118,7 @@ impl ErrorBudget {
             on_progress(Progress::Total(plan.baker.slot_count() as u64));
             let on_done = |slots: usize| on_progress(Progress::Done(slots as u64));
             let baked = plan.baker.bake_as(plan.precision, &on_done);
-            // A cancelled bake is no grid: the caller asks the flag.
+            // What a cancelled bake returns is not used: the caller checks the flag.
             if baked.error_bound <= self.max_error || mesh.is_cancelled() {
                 return Ok(baked);
             }
