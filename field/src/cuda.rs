@@ -6,7 +6,8 @@
 //! | [`Certified`](Method::Certified) | the certified search | what is open then, by the same search in f64 |
 //! | others | the same method | nothing |
 //!
-//! `Auto` therefore misses no element that it finds on the CPU, except by the rounding of the points to f32. What it finds at once keeps
+//! `Auto` therefore misses no element that it finds on the CPU, except by the rounding of the points to f32: that of their distance from a
+//! point near the field, wherever the scene is, but of points that the card alone has. What it finds at once keeps
 //! the minimum of Frank-Wolfe, which on an element with several minima need not be the lowest.
 //!
 //! Lean contacts ([`ContactOptions::lean`]) take one kernel in place of three, and are of local methods alone.
@@ -15,6 +16,7 @@
 //!
 //! Points and faces that are on the card already are lent by [`Gpu::lend`] and read where they are: [`CudaMesh`].
 
+mod origins;
 mod query;
 
 use std::path::{Path, PathBuf};
@@ -45,6 +47,8 @@ pub enum CudaError {
     OnlyOnCpu(&'static str),
     /// Contacts were to stay on the card, but `Auto` or `Certified` leaves some of the elements to the CPU.
     LeftToCpu,
+    /// Contacts were to stay on the card, where f32 has no room for their positions.
+    FarFromOrigin,
 }
 
 impl std::fmt::Display for CudaError {
@@ -64,6 +68,10 @@ impl std::fmt::Display for CudaError {
                     "elements are left to the CPU here: take contacts from there, more iterations, or another method"
                 )
             }
+            Self::FarFromOrigin => write!(
+                f,
+                "the scene is far from the origin, where f32 has no room for positions: take contacts from the CPU, or move the scene"
+            ),
         }
     }
 }
@@ -122,7 +130,7 @@ pub struct CudaMesh<'a> {
 /// Points in a slice or on the card.
 #[derive(Clone, Copy, Debug)]
 pub enum CudaPoints<'a> {
-    /// They are rounded to f32 and copied to the card.
+    /// They are rounded to f32, about a point near the field, and copied to the card.
     Slice(&'a [[f64; 3]]),
     /// Rows of f32, which are read where they are.
     Lent(LentRows),

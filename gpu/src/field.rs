@@ -42,18 +42,24 @@ impl GpuField {
     /// Copies a field to the card: a grid, or a union of spheres, boxes, capsules, cylinders,
     /// cones and tori, each as it stands or placed.
     pub fn new(gpu: &Gpu, field: &AnyField) -> Result<Self, GpuError> {
+        Self::with_origin(gpu, field, [0.0; 3])
+    }
+
+    /// Copies a field to the card, in coordinates from a point of its own frame: those of elements have to be from there, too. Far from
+    /// the origin f32 has no room for positions; the differences are taken in f64.
+    pub fn with_origin(gpu: &Gpu, field: &AnyField, origin: [f64; 3]) -> Result<Self, GpuError> {
         match field {
-            AnyField::Grid(grid) => Self::from_grid(gpu, grid),
-            _ => Self::from_shapes(gpu, &shape_list(field)?),
+            AnyField::Grid(grid) => Self::from_grid(gpu, grid, origin),
+            _ => Self::from_shapes(gpu, &shape_list(field, origin)?),
         }
     }
 
-    /// Copies a grid to the card.
-    pub fn from_grid(gpu: &Gpu, grid: &OwnedGrid) -> Result<Self, GpuError> {
+    fn from_grid(gpu: &Gpu, grid: &OwnedGrid, origin: [f64; 3]) -> Result<Self, GpuError> {
         let [x, y, z] = grid.lattice().nodes();
+        let first = grid.lattice().origin();
         let mut upload = Upload { gpu, arrays: vec![] };
         let mut params = GridParams {
-            origin: grid.lattice().origin(),
+            origin: [0, 1, 2].map(|axis| first[axis] - origin[axis]),
             spacing: grid.lattice().spacing(),
             slope_bound: grid.slope_bound(),
             band: grid.band(),

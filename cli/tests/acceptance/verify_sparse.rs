@@ -56,6 +56,24 @@ fn verify_refuses_surfaces_that_the_mesh_lacks() {
     }
 }
 
+/// Writes `wrong.sdf.h5`: a sparse grid in f32 with other samples of its coarse grid.
+fn write_with_coarse(folder: &Folder, grid: &str, coarse: &[f32]) {
+    let StoredGrid { grid, sparse, about, .. } = grid_file::read(&folder.at(grid)).unwrap();
+    let OwnedStorage::SparseF32(storage) = grid.storage() else { panic!("a sparse grid") };
+    let bricks = storage.bricks();
+    let samples = SparseSamples {
+        band: sparse.unwrap().band,
+        deep_values: sparse.unwrap().deep_values,
+        slots: &bricks.slots,
+        scales: &bricks.scales,
+        samples: &bricks.samples,
+        bounds: &bricks.bounds,
+        errors: &bricks.errors,
+        coarse,
+    };
+    grid_file::write(&folder.at("wrong.sdf.h5"), grid.lattice(), samples, &about).unwrap();
+}
+
 /// One node of the coarse grid is more than its distance, another is much less inside than the file states.
 #[test]
 fn verify_refuses_a_single_wrong_node_of_the_coarse_grid() {
@@ -63,30 +81,17 @@ fn verify_refuses_a_single_wrong_node_of_the_coarse_grid() {
     folder.write("ball.obj", Model::ball([0.0; 3], 1.0, 3).obj());
     folder.done("bake ball.obj --res 128 --padding 40 --layout sparse --precision f32 --band 1");
     let words = "verify wrong.sdf.h5 ball.obj --points 5000 --all-nodes";
-    let StoredGrid { grid, sparse, about, .. } = grid_file::read(&folder.at("ball.sdf.h5")).unwrap();
+    let StoredGrid { grid, .. } = grid_file::read(&folder.at("ball.sdf.h5")).unwrap();
     let OwnedStorage::SparseF32(storage) = grid.storage() else { panic!("a sparse grid") };
-    let bricks = storage.bricks();
-    let write = |coarse: &[f32]| {
-        let samples = SparseSamples {
-            band: sparse.unwrap().band,
-            deep_values: sparse.unwrap().deep_values,
-            slots: &bricks.slots,
-            scales: &bricks.scales,
-            samples: &bricks.samples,
-            bounds: &bricks.bounds,
-            errors: &bricks.errors,
-            coarse,
-        };
-        grid_file::write(&folder.at("wrong.sdf.h5"), grid.lattice(), samples, &about).unwrap();
-    };
-    let coarse = bricks.coarse.to_vec();
+    let coarse = storage.bricks().coarse.to_vec();
+    let write = |coarse: &[f32]| write_with_coarse(&folder, "ball.sdf.h5", coarse);
     write(&coarse);
     folder.done(words);
     let deepest = (0..coarse.len()).min_by(|a, b| coarse[*a].total_cmp(&coarse[*b])).unwrap();
     let spacing = grid.lattice().spacing() as f32;
     let distance_of_first = Vector3::from(grid.lattice().node([0; 3])).norm() as f32 - 1.0;
     let changes = [
-        (0, distance_of_first + 2.0 * spacing, "a point beyond the band claims"),
+        (0, distance_of_first + 2.0 * spacing, "a node beyond the band is wrong by"),
         (deepest, coarse[deepest] + 12.0 * spacing, "a point deep inside is wrong by"),
         (deepest, coarse[deepest] - 12.0 * spacing, "a point deep inside is wrong by"),
     ];
@@ -190,6 +195,30 @@ fn solids_that_rounding_could_turn_inside_out_are_baked_and_verified() {
         let found = folder.json("contacts near.obj plate.sdf.h5 --margin 0.1 --exact");
         let found = found["contacts"].as_array().unwrap();
         assert!(found.len() > 50 && found.iter().all(|contact| contact["distance"].as_f64().unwrap() > -1e-9));
+    }
+}
+
+/// The bound of an open mesh's error leaves room for a sign that jumps beside a point, but a node has the sign that is stored.
+#[test]
+fn verify_finds_a_wrong_sign_beyond_the_band_of_an_open_mesh() {
+    let folder = Folder::new();
+    let mut open = Model::ball([0.0; 3], 1.0, 3);
+    open.triangles.retain(|corners| !corners.contains(&0));
+    folder.write("open.obj", open.obj());
+    folder.done("bake open.obj --res 96 --padding 24 --layout sparse --precision f32 --band 1");
+    let StoredGrid { grid, .. } = grid_file::read(&folder.at("open.sdf.h5")).unwrap();
+    let OwnedStorage::SparseF32(storage) = grid.storage() else { panic!("a sparse grid") };
+    let coarse = storage.bricks().coarse.to_vec();
+    let words = "verify wrong.sdf.h5 open.obj --points 10 --all-nodes";
+    write_with_coarse(&folder, "open.sdf.h5", &coarse);
+    folder.done(words);
+    // The first is at a corner of the box. Only places without a brick have it.
+    let deepest = (0..coarse.len()).min_by(|a, b| coarse[*a].total_cmp(&coarse[*b])).unwrap();
+    for node in [0, deepest] {
+        let mut coarse = coarse.clone();
+        coarse[node] *= -1.0;
+        write_with_coarse(&folder, "open.sdf.h5", &coarse);
+        says(&mismatch(&folder, words), &["1 node beyond the band has the wrong sign"]);
     }
 }
 

@@ -3,13 +3,13 @@
 
 use sdf_core::AnyField;
 use sdf_core::contact::{Contact, Feature, one_per_feature};
-use sdf_core::nalgebra::Vector3;
-use sdf_core::placed::{Placement, Rigid};
+use sdf_core::placed::Rigid;
 use sdf_gpu::{
     CardContacts, Elements as CardElements, GpuError, GpuField, GpuMesh, GpuQuery, LentRows, QueryOptions, Stages,
     Unsettled,
 };
 
+use super::origins::Origins;
 use super::{Cuda, CudaError, CudaFaces, CudaPoints};
 use crate::{ContactOptions, Contacts, Elements, Field, MeshView, Method, QueryError, contacts};
 
@@ -22,6 +22,7 @@ pub struct CudaQuery {
     points: Option<Vec<[f64; 3]>>,
     elements: Owned,
     options: ContactOptions,
+    origins: Origins,
 }
 
 /// Elements as the search on the CPU wants them.
@@ -73,7 +74,8 @@ impl CudaQuery {
         options: &ContactOptions,
     ) -> Result<Self, CudaError> {
         let card_options = card_options(&elements, options)?;
-        let on_card = GpuField::new(&cuda.gpu, field.as_any())?;
+        let origins = Origins::new(field.as_any(), options.pose.as_ref(), matches!(points, CudaPoints::Slice(_)));
+        let on_card = GpuField::with_origin(&cuda.gpu, field.as_any(), origins.of_field)?;
         let card_elements = match &elements {
             Owned::Faces(faces) => CardElements::Faces(faces),
             Owned::Lent(faces) => CardElements::LentFaces(*faces),
@@ -81,7 +83,7 @@ impl CudaQuery {
             Owned::Vertices => CardElements::Vertices,
         };
         let mesh = match points {
-            CudaPoints::Slice(points) => GpuMesh::new(&cuda.gpu, &rounded(points), card_elements)?,
+            CudaPoints::Slice(points) => GpuMesh::new(&cuda.gpu, &origins.round_all(points), card_elements)?,
             CudaPoints::Lent(points) => GpuMesh::of_lent(&cuda.gpu, points, card_elements)?,
         };
         let query = match card_options.unsettled {
@@ -97,25 +99,32 @@ impl CudaQuery {
             }
             _ => GpuQuery::new(&cuda.gpu, &on_card, mesh, &card_options)?,
         };
-        let mut new = Self { query, field: field.clone(), points: exact(points), elements, options: *options };
-        new.set_pose(options.pose)?;
+        let mut new = Self { query, field: field.clone(), points: exact(points), elements, options: *options, origins };
+        new.query.set_pose(origins.pose(options.pose).as_ref())?;
         Ok(new)
     }
 
     /// Replaces the points of the mesh.
     pub fn set_points(&mut self, points: CudaPoints) -> Result<(), CudaError> {
+        let has_points = matches!(points, CudaPoints::Slice(_));
+        let origins = self.origins.moved(self.options.pose.as_ref(), has_points);
         match points {
-            CudaPoints::Slice(points) => self.query.set_points(&rounded(points))?,
+            CudaPoints::Slice(points) => self.query.set_points(&origins.round_all(points))?,
             CudaPoints::Lent(points) => self.query.lend_points(points)?,
         }
-        self.points = exact(points);
+        self.query.set_pose(origins.pose(self.options.pose).as_ref())?;
+        (self.points, self.origins) = (exact(points), origins);
         Ok(())
     }
 
-    /// Moves the field.
+    /// Moves the field. One that goes far takes the points with it: they are copied to the card anew.
     pub fn set_pose(&mut self, pose: Option<Rigid>) -> Result<(), CudaError> {
-        self.query.set_pose(pose.as_ref())?;
-        self.options.pose = pose;
+        let origins = self.origins.moved(pose.as_ref(), self.points.is_some());
+        if let Some(points) = self.points.as_ref().filter(|_| origins != self.origins) {
+            self.query.set_points(&origins.round_all(points))?;
+        }
+        self.query.set_pose(origins.pose(pose).as_ref())?;
+        (self.options.pose, self.origins) = (pose, origins);
         Ok(())
     }
 
@@ -130,7 +139,11 @@ impl CudaQuery {
             found => found?,
         };
         let mut all = Contacts {
-            contacts: found.contacts.iter().map(|contact| self.lowered(widened(contact))).collect(),
+            contacts: found
+                .contacts
+                .iter()
+                .map(|contact| self.lowered(self.origins.in_world(widened(contact))))
+                .collect(),
             element_count: self.query.element_count(),
             searched_count: found.searched_count as usize,
             possible_count: 0,
@@ -152,10 +165,13 @@ impl CudaQuery {
     }
 
     /// The contacts of this frame, left on the card in no particular order: the bits that the kernels found. Refused for one contact
-    /// a feature, and where an element is left to the CPU.
+    /// a feature, where an element is left to the CPU, and where the points of a slice are far from the origin: f32 has no room for positions there.
     pub fn contacts_on_card(&mut self) -> Result<CardContacts, CudaError> {
         if self.options.one_per_feature {
             return Err(CudaError::OnlyOnCpu("one contact for each feature"));
+        }
+        if self.origins.of_points != [0.0; 3] {
+            return Err(CudaError::FarFromOrigin);
         }
         self.query.contacts_on_card()?.ok_or(CudaError::LeftToCpu)
     }
@@ -167,7 +183,8 @@ impl CudaQuery {
     fn lowered(&self, contact: Contact<f64>) -> Contact<f64> {
         let Some(points) = &self.points else { return contact };
         let corners = contact.vertices.iter().filter_map(|vertex| points.get(*vertex as usize));
-        let moved = corners.map(|corner| self.rounding_of(corner)).fold(0.0, f64::max) * self.field.slope_bound();
+        let moved = corners.map(|corner| self.origins.rounding_of(corner, self.options.pose)).fold(0.0, f64::max)
+            * self.field.slope_bound();
         // Of a sum in f64, and of the numbers in it.
         let below = |bound: f64| (bound - moved) - (bound.abs() + moved) * (4.0 * f64::EPSILON);
         match moved > 0.0 {
@@ -178,19 +195,6 @@ impl CudaQuery {
             },
             false => contact,
         }
-    }
-
-    /// Distance of a point from the one that the card has in its place, in the frame of the field.
-    fn rounding_of(&self, point: &[f64; 3]) -> f64 {
-        let on_card = point.map(|x| x as f32);
-        let (exact, on_card) = match &self.options.pose {
-            None => (Vector3::from(*point), on_card),
-            Some(pose) => {
-                let [exact, on_card] = [*point, on_card.map(f64::from)].map(|point| pose.pull(point.into()).point);
-                (exact, on_card.map(|x| x as f32).into())
-            }
-        };
-        (exact - Vector3::from(on_card).map(f64::from)).norm()
     }
 
     /// Contacts of these elements by the search on the CPU, which reads points and faces from the card where they are there alone.
@@ -269,10 +273,6 @@ fn card_options(elements: &Owned, options: &ContactOptions) -> Result<QueryOptio
     let (margin, tolerance) = (options.margin as f32, options.tolerance);
     let stages = if options.lean { Stages::Lean } else { Stages::Separate };
     Ok(QueryOptions { method, margin, iterations, tolerance, stages, unsettled })
-}
-
-fn rounded(points: &[[f64; 3]]) -> Vec<[f32; 3]> {
-    points.iter().map(|point| point.map(|x| x as f32)).collect()
 }
 
 /// The points as they were given; `None` where the card alone has them.

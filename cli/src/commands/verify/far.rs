@@ -35,23 +35,26 @@ impl FarValues {
     }
 }
 
-/// Nodes in bricks whose distance is beyond band + √3 · spacing.
+/// Nodes in bricks whose distance is beyond band + √3 · spacing, and nodes in no brick.
 #[derive(Serialize)]
 pub struct FarNodes {
     #[serde(rename = "asked")]
     pub sample_count: usize,
-    /// Largest length by which a sample is beyond what it may be: less than band + √3 · spacing, more than its distance, or
-    /// inside less by more than the file states.
+    /// Largest length by which a sample is beyond what it may be. In a brick: less than band + √3 · spacing, more than its
+    /// distance, or inside less by more than the file states. In no brick: outside more than its distance.
     pub excess: f64,
     pub wrong_signs: usize,
 }
 
 impl FarNodes {
-    pub fn new(nodes: &[PointSample], values: &FarValues) -> Self {
+    pub fn new(in_bricks: &[PointSample], in_no_brick: &[PointSample], values: &FarValues) -> Self {
+        let all = || in_bricks.iter().chain(in_no_brick);
+        let over = |node: &PointSample| if node.truth < 0.0 { 0.0 } else { node.value - node.truth - node.rounding };
+        let excess = in_bricks.iter().map(|node| values.excess(node)).chain(in_no_brick.iter().map(over));
         Self {
-            sample_count: nodes.len(),
-            excess: nodes.iter().map(|node| values.excess(node)).fold(0.0, f64::max),
-            wrong_signs: nodes.iter().filter(|node| node.has_wrong_sign(0.0)).count(),
+            sample_count: all().count(),
+            excess: excess.fold(0.0, f64::max),
+            wrong_signs: all().filter(|node| node.has_wrong_sign(0.0)).count(),
         }
     }
 }

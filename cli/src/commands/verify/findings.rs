@@ -10,7 +10,7 @@ use sdf_procedural::random::unit_at;
 use serde::Serialize;
 
 use super::far::{FarErrors, FarNodes, FarValues};
-use super::sampling::{PointSample, Surface, cell_at, coarse_points, point_in_box, sample, sample_all, sample_nodes};
+use super::sampling::{PointSample, Surface, cell_at, point_in_box, sample, sample_coarse_nodes, sample_nodes};
 use crate::args::VerifyArgs;
 
 /// Tolerance of a node of a dense grid, as a fraction of the mesh's diagonal: many times what f64 rounds of its distance.
@@ -40,7 +40,7 @@ pub struct Findings {
     /// Errors of all nodes; in a sparse grid of those whose sample is exact. `None` for shapes in closed form.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub nodes: Option<Errors>,
-    /// Other nodes in the bricks of a sparse grid.
+    /// Other nodes of a sparse grid.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub far_nodes: Option<FarNodes>,
     /// Errors in the whole box; in a sparse grid within its band.
@@ -148,9 +148,7 @@ impl Findings {
                 let is_inside = |point: [f64; 3]| bounds.encloses(&Aabb { min: point, max: point });
                 let mut samples = with_signs_of_cells(sample(args, grid, truth, near));
                 samples.retain(|sample| sample.truth.abs() <= band && is_inside(sample.point));
-                let mut far = sample(args, grid, truth, box_point(args.seed));
-                far.extend(sample_all(grid, truth, &coarse_points(args, grid)));
-                let mut far = with_signs_of_cells(far);
+                let mut far = with_signs_of_cells(sample(args, grid, truth, box_point(args.seed)));
                 far.retain(|sample| sample.truth.abs() > band);
                 let own_brick = |point: [f64; 3]| grid.storage().brick_at(cell_at(lattice, point).map(|n| n / BRICK));
                 let is_beyond = |sample: &&PointSample| {
@@ -192,7 +190,8 @@ impl Findings {
         let steepest = samples.iter().map(|sample| sample.slope).fold(0.0, f64::max);
         let findings = Self {
             nodes: Some(Errors::new(&nodes, sign_tolerance, Some(spacing))),
-            far_nodes: far_values.map(|values| FarNodes::new(&far_nodes, &values)),
+            far_nodes: far_values
+                .map(|values| FarNodes::new(&far_nodes, &sample_coarse_nodes(args, grid, truth), &values)),
             points: Errors::new(&samples, point_sign_tolerance, Some(spacing)),
             far,
             surface_points: missing.map(|_| args.points as usize),

@@ -65,11 +65,6 @@ pub fn sample<F: EnclosedSdf + Sync>(
     sdf_parallel::map(args.points as usize, |index| sample_at(field, truth, point(index as u64)))
 }
 
-/// Samples at given points.
-pub fn sample_all<F: EnclosedSdf + Sync>(field: &F, truth: &MeshDistance, points: &[[f64; 3]]) -> Vec<PointSample> {
-    sdf_parallel::map(points.len(), |index| sample_at(field, truth, points[index]))
-}
-
 fn sample_at<F: EnclosedSdf>(field: &F, truth: &MeshDistance, point: [f64; 3]) -> PointSample {
     let sample = field.sample(Vector3::from(point));
     PointSample { slope: sample.gradient.norm(), ..PointSample::new(truth, point, sample.value) }
@@ -87,9 +82,9 @@ pub fn sample_nodes(args: &VerifyArgs, grid: &OwnedGrid, truth: &MeshDistance) -
     drawn(args, count, check)
 }
 
-/// Points beyond the bricks of a sparse grid, one for each node of its coarse grid that has a slot without a brick beside it: the
-/// node of that slot that is nearest to it, where the coarse node counts for most. Random ones, or all.
-pub fn coarse_points(args: &VerifyArgs, grid: &OwnedGrid) -> Vec<[f64; 3]> {
+/// Nodes in no brick of a sparse grid, one for each node of its coarse grid that has a slot without a brick beside it: the node of that
+/// slot that is nearest to it, where the coarse node counts for most. Random ones, or all.
+pub fn sample_coarse_nodes(args: &VerifyArgs, grid: &OwnedGrid, truth: &MeshDistance) -> Vec<PointSample> {
     let (nodes, slots) = (grid.lattice().nodes(), brick_counts(grid.lattice()));
     let [row, rows, layers] = slots.map(|n| n as usize + 1);
     drawn(args, row * rows * layers, |index| {
@@ -101,7 +96,8 @@ pub fn coarse_points(args: &VerifyArgs, grid: &OwnedGrid) -> Vec<[f64; 3]> {
         };
         let slot = (0..8).find_map(slot_beside)?;
         let nearest = |axis: usize| (BRICK * coarse[axis]).min(BRICK * slot[axis] + BRICK - 1).min(nodes[axis] - 1);
-        Some(grid.lattice().node([nearest(0), nearest(1), nearest(2)]))
+        let node = [nearest(0), nearest(1), nearest(2)];
+        Some(PointSample::new(truth, grid.lattice().node(node), stored_at(grid, node)))
     })
 }
 

@@ -6,6 +6,7 @@
 mod auto;
 mod bounds;
 mod failures;
+mod far;
 mod lean;
 mod lent;
 mod queries;
