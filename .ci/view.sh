@@ -41,11 +41,14 @@ echo "v 9e9 9e9 9e9" >>far-cloth.obj
 "$SDFTOOL" bake far-body.obj --res 128 -o far.sdf.h5 >/dev/null
 "$SDFTOOL" view far.sdf.h5 far-cloth.obj --margin 0.02 -o far.html
 open --screenshot="$out/far.png" "file://$folder/far.html#up=z&pick=7" || fail "chromium ended with status $?"
+printf 'v -1.5 -1.5 0.4\nv 0 0 0.6\nv 1.5 1.5 0.4\nl 1 2 3\n' >rope.obj
+"$SDFTOOL" view demo/body.sdf.h5 rope.obj -o rope.html
+open --screenshot="$out/rope.png" "file://$folder/rope.html#up=z" || fail "chromium ended with status $?"
 "$SDFTOOL" simulate "$scene" --small --frames 4 -o run.html >/dev/null
 open --virtual-time-budget=500 --dump-dom "file://$folder/run.html" >run.txt || fail "chromium ended with status $?"
 grep -q '<title>A coarse cloth.* [1-5]</title>' run.txt || fail "the page of simulate draws no frame: $(grep -m 1 '<title>' run.txt)"
 open --virtual-time-budget=500 --screenshot="$out/run.png" "file://$folder/run.html" || fail "chromium ended with status $?"
-python3 - page.txt list.csv "$out/view.png" "$out/slice.png" "$out/run.png" "$out/far.png" <<'PYTHON'
+python3 - page.txt list.csv "$out/view.png" "$out/slice.png" "$out/run.png" "$out/far.png" "$out/rope.png" <<'PYTHON'
 import csv, re, struct, sys, zlib
 
 dom, table, *pictures = sys.argv[1:]
@@ -93,7 +96,7 @@ def is_there(found, what, holds):
     return f"{what} {count}"
 
 
-view, slice_, run, far = map(colours, pictures)
+view, slice_, run, far, rope = map(colours, pictures)
 differing = sum(abs(view.get(key, 0) - far.get(key, 0)) for key in {*view, *far}) / sum(view.values())
 assert differing < 0.01, f"far from the origin {differing:.1%} of the picture is another"
 print("view: pixels:", ", ".join([
@@ -102,6 +105,7 @@ print("view: pixels:", ", ".join([
     is_there(view, "red contacts", lambda r, g, b: r > 4 and g < 4 and b < 4),
     is_there(slice_, "orange slice", lambda r, g, b: r > 5 and r > b + 1),
     is_there(slice_, "blue slice", lambda r, g, b: b > 4 and b > r + 1),
+    is_there(rope, "green rope", lambda r, g, b: g > r and g > b),
     is_there(run, "blue cloth", lambda r, g, b: b > g > r),
     is_there(run, "brown body", lambda r, g, b: r > g > b),
 ]))

@@ -13,7 +13,7 @@ fail() { echo "wasm: $*" >&2; exit 1; }
 # Rust with the browsers' target, or Debian's, whose packages have the source of the standard library.
 packages=()
 if ! ls "$(rustc --print sysroot)/lib/rustlib/wasm32-unknown-unknown/lib/"libstd-*.rlib >/dev/null 2>&1; then
-    packages=(rustc-web cargo-web rust-web-src lld-22)
+    packages=(rustc-web cargo-web rust-web-src rust-web-llvm lld-22)
 fi
 install_packages "${packages[@]}" chromium python3
 CARGO_TARGET_DIR=$(realpath -m "${CARGO_TARGET_DIR:-target}")

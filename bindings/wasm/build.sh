@@ -2,7 +2,7 @@
 # Builds the module and puts it with its page into a folder: sh build.sh FOLDER
 #
 # Takes Rust with the target wasm32-unknown-unknown (rustup target add wasm32-unknown-unknown); else Debian's rustc-web, cargo-web,
-# rust-web-src and lld-22, whose standard library is compiled along.
+# rust-web-src, rust-web-llvm and lld-22, whose standard library is compiled along.
 set -eu
 [ $# = 1 ] || { echo "usage: build.sh FOLDER" >&2; exit 2; }
 mkdir -p "$1"

@@ -30,8 +30,10 @@ pub struct Scene<'a> {
     pub field: &'a Field,
     /// Where the field stands in the mesh's frame.
     pub pose: Option<Rigid>,
-    /// The mesh whose contacts are shown.
+    /// The mesh whose contacts are shown. One without faces and segments is drawn as its points.
     pub mesh: Option<MeshView<'a>>,
+    /// Line elements of the mesh, such as a rope's.
+    pub segments: &'a [[u32; 2]],
     /// Contacts of the mesh with the field.
     pub contacts: &'a [ContactRecord],
 }
@@ -90,9 +92,10 @@ pub fn page(scene: &Scene) -> Result<Page, PageError> {
     let frame = Frame::new(&scene.window(&lattice, &points));
     let mut parts = Parts::default();
     let mut boxes = Map::new();
-    boxes.insert("surface".to_owned(), parts.mesh("surface", &frame, &points, &triangles));
+    let triangles_of_surface = Drawn::Triangles(&triangles);
+    boxes.insert("surface".to_owned(), parts.mesh("surface", &frame, &points, &[triangles_of_surface]));
     if let Some(mesh) = scene.mesh {
-        boxes.insert("mesh".to_owned(), parts.mesh("mesh", &frame, mesh.points, mesh.faces));
+        boxes.insert("mesh".to_owned(), parts.mesh("mesh", &frame, mesh.points, &scene.elements(&mesh)));
     }
     let contacts = scene.contacts;
     let contact_points = contacts.iter().flat_map(|contact| contact.point);
@@ -137,7 +140,18 @@ fn lattice(field: &Field) -> Result<Lattice, PageError> {
 impl<'a> Scene<'a> {
     /// A field alone.
     pub fn of_field(name: String, field: &'a Field) -> Self {
-        Self { name, field, pose: None, mesh: None, contacts: &[] }
+        Self { name, field, pose: None, mesh: None, segments: &[], contacts: &[] }
+    }
+
+    /// What is drawn of the mesh.
+    fn elements<'b>(&self, mesh: &MeshView<'b>) -> Vec<Drawn<'b>>
+    where
+        'a: 'b,
+    {
+        match (mesh.faces, self.segments) {
+            ([], []) => vec![Drawn::Points(mesh.points.len() as u32)],
+            (faces, segments) => vec![Drawn::Triangles(faces), Drawn::Segments(segments)],
+        }
     }
 
     /// The place of a point of the field in the mesh's frame.
@@ -148,7 +162,7 @@ impl<'a> Scene<'a> {
     /// The box of all that is drawn.
     fn window(&self, lattice: &Lattice, surface: &[[f64; 3]]) -> Aabb {
         let field = self.pose.map_or(lattice.bounds(), |pose| pose.push_bounds(lattice.bounds()));
-        let mesh = self.mesh.and_then(|mesh| Aabb::from_points(used_points(mesh.points, mesh.faces)));
+        let mesh = self.mesh.and_then(|mesh| Aabb::from_points(used_points(mesh.points, &self.elements(&mesh))));
         let all = [Some(field), mesh, Aabb::from_points(surface.iter().copied())];
         all.into_iter().flatten().reduce(|a, b| a.union(&b)).unwrap_or(field)
     }
@@ -253,10 +267,37 @@ fn isoline([low, high]: [f64; 2]) -> f64 {
         }
 }
 
-/// The points that some triangle uses; the others may be anything.
-fn used_points<'a>(points: &'a [[f64; 3]], triangles: &'a [[u32; 3]]) -> impl Iterator<Item = [f64; 3]> + 'a {
-    let used = triangles.iter().flatten().filter_map(|vertex| points.get(*vertex as usize).copied());
-    used.filter(|point| point.iter().all(|x| x.is_finite()))
+/// Elements of one kind, by the indices of their vertices.
+enum Drawn<'a> {
+    Triangles(&'a [[u32; 3]]),
+    Segments(&'a [[u32; 2]]),
+    /// Each of so many points.
+    Points(u32),
+}
+
+impl Drawn<'_> {
+    fn name(&self) -> &'static str {
+        match self {
+            Self::Triangles(_) => "triangles",
+            Self::Segments(_) => "segments",
+            Self::Points(_) => "dots",
+        }
+    }
+
+    /// The vertices of those elements that can be drawn, one element after the other.
+    fn vertices(&self, points: &[[f64; 3]]) -> Vec<u32> {
+        let is_finite = |vertex: &u32| points.get(*vertex as usize).is_some_and(|p| p.iter().all(|x| x.is_finite()));
+        match self {
+            Self::Triangles(all) => all.iter().filter(|one| one.iter().all(is_finite)).flatten().copied().collect(),
+            Self::Segments(all) => all.iter().filter(|one| one.iter().all(is_finite)).flatten().copied().collect(),
+            Self::Points(count) => (0..*count).filter(is_finite).collect(),
+        }
+    }
+}
+
+/// The points that are drawn; the others may be anything.
+fn used_points(points: &[[f64; 3]], elements: &[Drawn]) -> Vec<[f64; 3]> {
+    elements.iter().flat_map(|elements| elements.vertices(points)).map(|vertex| points[vertex as usize]).collect()
 }
 
 /// Where the picture is in the world: its middle is drawn at 0, its diagonal as 1.
@@ -299,9 +340,9 @@ impl Parts {
         self.put(name, numbers.flat_map(|number| (number as f32).to_le_bytes()), 4);
     }
 
-    /// Adds points and triangles, and returns the box in which the points are.
-    fn mesh(&mut self, name: &str, frame: &Frame, points: &[[f64; 3]], triangles: &[[u32; 3]]) -> Value {
-        let bounds = Aabb::from_points(used_points(points, triangles).map(|point| frame.place(point)));
+    /// Adds points and elements, and returns the box in which the points are.
+    fn mesh(&mut self, name: &str, frame: &Frame, points: &[[f64; 3]], elements: &[Drawn]) -> Value {
+        let bounds = Aabb::from_points(used_points(points, elements).into_iter().map(|point| frame.place(point)));
         let bounds = bounds.unwrap_or(Aabb { min: [0.0; 3], max: [0.0; 3] });
         let extents = bounds.extents();
         let steps = |point: &[f64; 3]| -> [u16; 3] {
@@ -315,9 +356,12 @@ impl Parts {
         };
         let changes: Vec<[u16; 3]> = points.iter().map(change).collect();
         self.put(&format!("{name}_points"), changes.iter().flatten().flat_map(|x| x.to_le_bytes()), 2);
-        let mut last = 0_u32;
-        let changes = triangles.iter().flatten().map(|index| index.wrapping_sub(std::mem::replace(&mut last, *index)));
-        self.put(&format!("{name}_triangles"), changes.flat_map(u32::to_le_bytes), 4);
+        for elements in elements {
+            let mut last = 0_u32;
+            let vertices = elements.vertices(points).into_iter();
+            let changes = vertices.map(|index| index.wrapping_sub(std::mem::replace(&mut last, index)));
+            self.put(&format!("{name}_{}", elements.name()), changes.flat_map(u32::to_le_bytes), 4);
+        }
         json!({ "low": bounds.min, "size": extents })
     }
 

@@ -228,7 +228,7 @@ fn page(field: &Field, name: String, input: &Buffers, options: &ContactWords) ->
     let (found, summary) = contacts(field, mesh, options)?;
     let mesh = Some(mesh).filter(|mesh| !mesh.points.is_empty());
     let records: Vec<ContactRecord> = found.contacts.iter().map(ContactRecord::from).collect();
-    let scene = Scene { name, field, pose, mesh, contacts: &records };
+    let scene = Scene { name, field, pose, mesh, segments: &[], contacts: &records };
     let page = page::page(&scene).map_err(|error| error.to_string())?;
     Ok(Buffers { bytes: page.html.into_bytes(), ..Buffers::text(&summary)? })
 }

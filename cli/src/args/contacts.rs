@@ -211,6 +211,16 @@ pub enum Elements {
     Vertices,
 }
 
+impl From<Elements> for sdf_field::Elements {
+    fn from(elements: Elements) -> Self {
+        match elements {
+            Elements::Faces => Self::Faces,
+            Elements::Edges => Self::Edges,
+            Elements::Vertices => Self::Vertices,
+        }
+    }
+}
+
 /// Parses the value of --method, and tells of each method what it does.
 fn method_parser() -> impl TypedValueParser<Value = Method> {
     let choices = Method::ALL.map(|method| PossibleValue::new(method.to_string()).help(method.summary()));

@@ -7,7 +7,7 @@ use clap::builder::{PathBufValueParser, PossibleValue, PossibleValuesParser, Typ
 use sdf_core::grid::Precision;
 use sdf_field::export::ExportFormat;
 
-use super::contacts::PoseArgs;
+use super::contacts::{Elements, PoseArgs};
 use super::values::{Numbers, finite, grid_file, page_file, positive, precisions};
 use super::{Json, Threads};
 
@@ -95,7 +95,10 @@ pub struct ViewArgs {
     /// Where to write the page [default: the field's name with .html, in the current folder].
     #[arg(short, long, value_name = "PAGE.html", value_parser = PathBufValueParser::new().try_map(page_file))]
     pub output: Option<PathBuf>,
-    /// Show faces that come within this distance of the surface, in the mesh's unit; it needs a mesh [default: 0].
+    /// Elements whose contacts are found; it needs a mesh [default: faces; of a mesh without faces its line elements, or else its vertices].
+    #[arg(long, requires = "mesh")]
+    pub elements: Option<Elements>,
+    /// Show elements that come within this distance of the surface, in the mesh's unit; it needs a mesh [default: 0].
     #[arg(long, value_name = "D", value_parser = finite, allow_hyphen_values = true, requires = "mesh")]
     pub margin: Option<f64>,
     #[command(flatten)]

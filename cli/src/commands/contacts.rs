@@ -28,6 +28,17 @@ use crate::report::{Report, counted, line_of_json, number, point_at, seconds};
 use crate::{field_input, mesh_input, output, progress, standard_output};
 use reduce::ReducedContacts;
 
+/// Refuses a mesh that has no such elements.
+pub fn require_elements(mesh: &Mesh, elements: Elements, name: &str) -> Result<()> {
+    if elements == Elements::Faces {
+        mesh.require_triangles(name).map_err(|error| anyhow!("{error}: use --elements vertices or edges"))?;
+    }
+    if elements == Elements::Edges && mesh.triangles.is_empty() && mesh.segments.is_empty() {
+        bail!("no edges in {name}: use --elements vertices");
+    }
+    Ok(())
+}
+
 pub fn run(args: &ContactsArgs) -> Result<()> {
     if let Some(path) = &args.output {
         output::ensure_writable(path, &[&args.mesh, &args.sdf])?;
@@ -45,13 +56,7 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
     let searcher = Searcher::open(&args.device)?;
     let started = Instant::now();
     let mesh = mesh_input::read_mesh(&args.mesh)?;
-    let name = mesh_input::shown(&args.mesh);
-    if args.elements == Elements::Faces {
-        mesh.require_triangles(&name).map_err(|error| anyhow!("{error}: use --elements vertices or edges"))?;
-    }
-    if args.elements == Elements::Edges && mesh.triangles.is_empty() && mesh.segments.is_empty() {
-        bail!("no edges in {name}: use --elements vertices");
-    }
+    require_elements(&mesh, args.elements, &mesh_input::shown(&args.mesh))?;
     let pose = args.pose.rigid()?;
     let (found, has_grid, read_summary, read) = progress::on_threads(args.threads, || {
         let (field, read_summary) = read_field(args, &searcher, &mesh, &pose)?;
@@ -85,8 +90,9 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
         let name = format!("{} on {}", stem(&args.mesh), stem(&args.sdf));
         let pose = args.pose.motion()?;
         let contacts: Vec<ContactRecord> = found.records().collect();
-        let mesh = Some(MeshView { points: &mesh.points, faces: &mesh.triangles });
-        page::write(path, &args.sdf, &Scene { name, field: &field, pose, mesh, contacts: &contacts })?;
+        let view = Some(MeshView { points: &mesh.points, faces: &mesh.triangles });
+        let scene = Scene { name, field: &field, pose, mesh: view, segments: &mesh.segments, contacts: &contacts };
+        page::write(path, &args.sdf, &scene)?;
     }
     let deepest = found.records().min_by(|a, b| a.distance.total_cmp(&b.distance));
     let mut rows = vec![
@@ -349,11 +355,7 @@ pub fn find<'a>(args: &ContactsArgs, searcher: &Searcher, mesh: &'a Mesh, field:
 
 fn options(args: &ContactsArgs) -> Result<ContactOptions> {
     Ok(ContactOptions {
-        elements: match args.elements {
-            Elements::Faces => sdf_field::Elements::Faces,
-            Elements::Edges => sdf_field::Elements::Edges,
-            Elements::Vertices => sdf_field::Elements::Vertices,
-        },
+        elements: args.elements.into(),
         method: args.method,
         margin: args.margin,
         pose: args.pose.motion()?,

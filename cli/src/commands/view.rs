@@ -9,8 +9,8 @@ use sdf_field::{ContactOptions, MeshView};
 use sdf_formats::contact_file::ContactRecord;
 use serde_json::json;
 
-use crate::args::ViewArgs;
-use crate::commands::contacts::skipped;
+use crate::args::{Elements, ViewArgs};
+use crate::commands::contacts::{require_elements, skipped};
 use crate::commands::export::{named_after, stem};
 use crate::failure::misuse;
 use crate::mesh_input::is_standard_input;
@@ -35,15 +35,26 @@ pub fn run(args: &ViewArgs) -> Result<()> {
             let view = mesh.as_ref().map(|mesh| MeshView { points: &mesh.points, faces: &mesh.triangles });
             let (mut contacts, mut counts) = (Vec::new(), [0; 2]);
             let mut name = stem(&args.sdf);
-            if let (Some(mesh), Some(path)) = (view, &args.mesh) {
-                let options = ContactOptions { margin: args.margin.unwrap_or(0.0), pose, ..ContactOptions::default() };
+            if let (Some(mesh), Some(view), Some(path)) = (&mesh, view, &args.mesh) {
+                let elements = args.elements.unwrap_or(match (&mesh.triangles[..], &mesh.segments[..]) {
+                    ([], []) => Elements::Vertices,
+                    ([], _) => Elements::Edges,
+                    _ => Elements::Faces,
+                });
+                require_elements(mesh, elements, &mesh_input::shown(path))?;
+                let margin = args.margin.unwrap_or(0.0);
+                let options = ContactOptions { margin, pose, elements: elements.into(), ..ContactOptions::default() };
                 field_input::check_margin(&args.sdf, &field, &options)?;
-                let found = field.contacts(mesh, &options)?;
+                let found = match elements {
+                    Elements::Edges => field.contacts_of_edges(&mesh.points, &mesh.edges(), &options)?,
+                    Elements::Faces | Elements::Vertices => field.contacts(view, &options)?,
+                };
                 contacts = found.contacts.iter().map(ContactRecord::from).collect();
                 counts = [found.not_finite_count, found.undecided_count];
                 name = format!("{} on {name}", stem(path));
             }
-            let scene = Scene { name, field: &field, pose, mesh: view, contacts: &contacts };
+            let segments = mesh.as_ref().map_or(&[][..], |mesh| &mesh.segments);
+            let scene = Scene { name, field: &field, pose, mesh: view, segments, contacts: &contacts };
             let page = page::write(&output, &args.sdf, &scene)?;
             anyhow::Ok((contacts.len(), counts, page))
         })??;

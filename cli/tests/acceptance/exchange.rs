@@ -192,6 +192,49 @@ fn an_import_does_not_replace_the_grid_that_its_file_came_from() {
     folder.done("import ball.nvdb");
 }
 
+/// What a page says of its arrays: the number of entries of each.
+fn parts_of(page: &[u8]) -> serde_json::Value {
+    let page = std::str::from_utf8(page).unwrap();
+    let head = page.split_once("id=\"head\">").unwrap().1.split_once("</script>").unwrap().0;
+    let head: serde_json::Value = serde_json::from_str(head).unwrap();
+    head["parts"].clone()
+}
+
+#[test]
+fn a_page_shows_ropes_and_points_and_their_contacts() {
+    let folder = scene();
+    folder.write("rope.obj", "v -2 0 0.5\nv 0 0.1 0.6\nv 2 0 0.5\nv 0 3 0\nl 1 2 3\n");
+    folder.write("points.obj", "v 0 0 0.5\nv 0 0.1 0.6\nv 2 0 0.5\n");
+    folder.write("both.obj", "v -2 0 0.5\nv 0 0.1 0.6\nv 2 0 0.5\nv 0 3 0\nf 1 2 3\nl 1 4\nl 2 4\n");
+    let cases = [
+        ("rope.obj", "", 2, ("mesh_segments", 4)),
+        ("points.obj", "", 2, ("mesh_dots", 3)),
+        ("both.obj", "", 1, ("mesh_triangles", 3)),
+        ("both.obj", "--elements edges", 4, ("mesh_segments", 4)),
+        ("both.obj", "--elements vertices", 1, ("mesh_segments", 4)),
+    ];
+    for (mesh, options, contacts, (part, count)) in cases {
+        let json = folder.json(&format!("view ball.sdf.h5 {mesh} -o page.html {options}"));
+        assert_eq!(json["contacts"], contacts, "{mesh} {options}");
+        let page = folder.read("page.html");
+        let parts = parts_of(&page);
+        assert_eq!((&parts[part][1], &parts["contact_ids"][1]), (&count.into(), &contacts.into()), "{mesh} {options}");
+        let elements = match mesh {
+            "rope.obj" => "--elements edges",
+            "points.obj" => "--elements vertices",
+            _ => options,
+        };
+        folder.done(&format!("contacts {mesh} ball.sdf.h5 {elements} --view same.html"));
+        assert!(folder.read("same.html") == page, "{mesh} {options}");
+    }
+    for (words, advice) in [
+        ("view ball.sdf.h5 rope.obj --elements faces", "use --elements vertices or edges"),
+        ("view ball.sdf.h5 points.obj --elements edges", "no edges in points.obj: use --elements vertices"),
+    ] {
+        says(&folder.refused(words), &[advice]);
+    }
+}
+
 #[test]
 fn a_page_needs_no_network_and_is_written_by_three_commands() {
     let folder = scene();
