@@ -6,7 +6,9 @@
 //! | no point of the surface gets nearer, in φ, than by slope bound · speed · time | φ over these |
 //! | a plane before the field's box, its normal that of the nearest point, with all of the surface beyond | its distance over the speed towards it |
 //!
-//! The second lets a shape pass close by the flat side of another without a step for each gap of the way.
+//! The second lets a shape pass close by the flat side of another without a step for each gap of the way. Where neither gets on, because
+//! shapes slide along each other, in touch or nearly so, a step leads to where the next of the points that approach arrives at its
+//! present speed, or over a tenth of the smaller shape. What it passes over by then is looked for between its two ends.
 
 use parry3d::math::{Pose, Vector};
 use parry3d::query::details::ShapeCastOptions;
@@ -37,69 +39,170 @@ impl Speed {
 
 /// Two shapes in motion.
 pub(crate) struct Cast<'a> {
-    pub pair: &'a Pair,
-    pub shapes: [&'a dyn Shape; 2],
-    pub search: Search,
+    /// With those triangles that are in reach.
+    pair: Pair,
+    shapes: [&'a dyn Shape; 2],
+    search: Search,
     /// Motions of the first and the second shape.
-    pub motions: [&'a NonlinearRigidMotion; 2],
+    motions: [&'a NonlinearRigidMotion; 2],
+    start: f64,
+    options: ShapeCastOptions,
+    /// The smaller size of the two shapes.
+    size: f64,
 }
 
 /// Steps of a cast. One that has not arrived by then is reported where it is, which is early: one that passes over a rough field by a
 /// 500th of the way.
 const MAX_STEPS: u32 = 1024;
 
-/// The shapes have arrived within this fraction of the surface's size.
+/// The shapes have arrived within this fraction of the smaller one's size, and this many units in the last place of their distance.
 const AT_TARGET: f64 = 1e-4;
+const AT_TARGET_ULPS: f64 = 4.0;
 
-impl Cast<'_> {
-    /// The first time at which the shapes are within the target distance; `None` if there is none until the last.
-    pub fn run(&self, start: f32, options: ShapeCastOptions) -> Option<ShapeCastHit> {
-        let end = f64::from(options.max_time_of_impact);
-        let (target, within) = (f64::from(options.target_distance), AT_TARGET * self.pair.surface.radius());
-        let slope_bound = self.pair.field.slope_bound();
-        let radius = self.radius();
-        let mut time = f64::from(start);
-        for step in 0..MAX_STEPS {
-            // A field can be wholly inside of the other shape only at the start: on the way there it touches.
-            let (pose, touch) = self.nearest(time, step == 0)?;
-            let left = touch.value - target;
-            if left <= within {
-                let is_start = step == 0;
-                if is_start && !options.stop_at_penetration && self.is_leaving(&touch) {
-                    return None;
-                }
-                let converged = ShapeCastStatus::Converged;
-                let status = if is_start { ShapeCastStatus::PenetratingOrWithinTargetDist } else { converged };
-                return Some(self.hit(time, &pose, &touch, status));
-            }
-            if step + 1 == MAX_STEPS {
-                return Some(self.hit(time, &pose, &touch, ShapeCastStatus::OutOfIterations));
-            }
-            let by_value = self.speed(time, radius, None).time_of(left / slope_bound);
-            let beyond = self.beyond_plane(&pose, &touch) - target;
-            let by_plane = if beyond > within { self.speed(time, radius, Some(&touch)).time_of(beyond) } else { 0.0 };
-            time += by_value.max(by_plane);
-            if time.is_nan() || time > end {
-                return None;
-            }
-        }
-        None
+/// After so many steps, and where shapes are in touch and may go on, points that do not approach each other no longer keep a step short.
+const CERTIFIED_STEPS: u32 = 64;
+
+/// Such a step is no longer than this, as a fraction of the smaller one's size.
+const STEP_BESIDE: f64 = 0.1;
+
+/// Speed of approach, as a fraction of all speeds, that is more than the rounding of normals and poses.
+const APPROACHING: f64 = 1e-5;
+
+/// Steps by which the time is told at which a touch began in such a step.
+const HALVINGS: u32 = 24;
+
+/// The shapes at a time.
+#[derive(Clone, Copy)]
+struct At {
+    time: f64,
+    /// Of the surface in the field's frame.
+    pose: Pose,
+    /// The lowest.
+    touch: Touch,
+}
+
+impl<'a> Cast<'a> {
+    /// `None` if neither shape is a field, or its partner has no triangles.
+    pub fn new(
+        shapes: [&'a dyn Shape; 2],
+        search: Search,
+        motions: [&'a NonlinearRigidMotion; 2],
+        start: f32,
+        options: ShapeCastOptions,
+    ) -> Option<Self> {
+        let pair = Pair::near(shapes, motions, start, &options)?;
+        let size = pair.surface.radius().min(pair.bounds.diagonal() / 2.0);
+        Some(Self { pair, shapes, search, motions, start: start.into(), options, size })
     }
 
-    /// The surface's pose in the field's frame, and its lowest point there.
-    fn nearest(&self, time: f64, may_be_swallowed: bool) -> Option<(Pose, Touch)> {
+    /// The first time at which the shapes are within the target distance; `None` if there is none until the last. If they are so at the
+    /// start and may go on, the first at which they come nearer than they have been.
+    pub fn run(&self) -> Option<ShapeCastHit> {
+        let end = f64::from(self.options.max_time_of_impact);
+        let target = f64::from(self.options.target_distance);
+        let slope_bound = self.pair.field.slope_bound();
+        let radius = self.radius();
+        // A field can be wholly inside of the other shape only at the start: on the way there it touches.
+        let (pose, touch, is_swallowed) = self.nearest(self.start, true)?;
+        let within = self.within(&pose);
+        let is_in_touch = touch.value - target <= within;
+        let goes_on = is_in_touch && !self.options.stop_at_penetration;
+        if is_in_touch && (is_swallowed || !goes_on) {
+            let stays = !goes_on || self.approach(self.start, &touch).is_some();
+            return stays.then(|| self.hit(self.start, &pose, &touch, ShapeCastStatus::PenetratingOrWithinTargetDist));
+        }
+        let mut at = At { time: self.start, pose, touch };
+        // Not nearer than this they have been without a touch: it is of what they part from or slide along.
+        let mut known = if goes_on { touch.value } else { target + 2.0 * within };
+        for step in 1..MAX_STEPS {
+            let (left, within) = (at.touch.value - target, self.within(&at.pose));
+            known = known.max(at.touch.value.min(target + 2.0 * within));
+            let speed = self.speed(at.time, radius, None);
+            let mut way = 0.0_f64;
+            if left > within {
+                way = way.max(speed.time_of(left / slope_bound));
+                let beyond = self.beyond_plane(&at.pose, &at.touch) - target;
+                if beyond > within {
+                    way = way.max(self.speed(at.time, radius, Some(&at.touch)).time_of(beyond));
+                }
+            }
+            let is_relaxed = goes_on || step >= CERTIFIED_STEPS;
+            if is_relaxed {
+                let [shortest, longest] = [within, self.size * STEP_BESIDE].map(|way| speed.time_of(way));
+                let beside = self.time_beside(&at, within).min(longest).max(shortest);
+                // The last step may pass over something, too.
+                way = way.max(beside).min((end - at.time).max(f64::MIN_POSITIVE));
+            }
+            let time = at.time + way;
+            if time.is_nan() || time > end || (is_relaxed && at.time >= end) {
+                return None;
+            }
+            let next = self.at(time)?;
+            if next.touch.value <= known - within {
+                let hit = if is_relaxed { self.first_between(&at, next, known) } else { next };
+                return Some(self.hit(hit.time, &hit.pose, &hit.touch, ShapeCastStatus::Converged));
+            }
+            at = next;
+        }
+        Some(self.hit(at.time, &at.pose, &at.touch, ShapeCastStatus::OutOfIterations))
+    }
+
+    /// How near to the target distance shapes have arrived.
+    fn within(&self, pose: &Pose) -> f64 {
+        AT_TARGET * self.size + AT_TARGET_ULPS * f64::from(f32::EPSILON * pose.translation.length())
+    }
+
+    /// When the first of the touches that approach, and are not at the target distance yet, arrives if it goes on as it does.
+    fn time_beside(&self, at: &At, within: f64) -> f64 {
+        let target = f64::from(self.options.target_distance);
+        let margin = target + within + self.pair.field.slope_bound() * self.size * STEP_BESIDE;
+        let touches = self.pair.touches_by_value(&at.pose, margin, self.search).into_iter();
+        let touches = touches.map(|touch| self.measured(&at.pose, touch)).filter(|touch| touch.value > target + within);
+        let times = touches.filter_map(|touch| Some((touch.value - target) / self.approach(at.time, &touch)?));
+        times.fold(f64::INFINITY, f64::min)
+    }
+
+    /// Where the shapes are as near as in the second of two moments, but were not in the first; at the start, if they come nearer from
+    /// there on.
+    fn first_between(&self, clear: &At, near: At, known: f64) -> At {
+        let (first, mut clear, mut near) = (clear.time, clear.time, near);
+        for _ in 0..HALVINGS {
+            let Some(middle) = self.at(f64::midpoint(clear, near.time)) else { break };
+            let is_near = middle.touch.value <= known - self.within(&middle.pose);
+            if is_near { near = middle } else { clear = middle.time }
+        }
+        let halfway = if first == self.start { self.at(f64::midpoint(first, near.time)) } else { None };
+        let is_from_start = halfway.is_some_and(|at| at.touch.value <= known - 0.25 * self.within(&at.pose));
+        if is_from_start { At { time: first, ..near } } else { near }
+    }
+
+    /// The surface's pose in the field's frame.
+    fn pose(&self, time: f64) -> Pose {
         let [first, second] = self.motions.map(|motion| motion.position_at_time(time as f32));
-        let pose = self.pair.pose(&first.inv_mul(&second));
-        let touch = if may_be_swallowed {
-            self.pair.nearest_or_way_out(self.shapes, &pose, self.search).0
-        } else {
-            self.pair.nearest(&pose, self.search)
-        };
-        // A border around triangles is not wider for φ that is less than a distance.
-        let is_beside = |touch: &Touch| touch.is_measured && touch.border > 0.0 && touch.gap > 0.0;
-        let touch =
-            touch.map(|touch| if is_beside(&touch) { self.pair.apart(self.shapes, &pose, touch) } else { touch });
-        touch.map(|touch| (pose, touch))
+        self.pair.pose(&first.inv_mul(&second))
+    }
+
+    fn at(&self, time: f64) -> Option<At> {
+        self.nearest(time, false).map(|(pose, touch, _)| At { time, pose, touch })
+    }
+
+    /// The surface's pose in the field's frame, its lowest point there, and whether it is around a part of the field.
+    fn nearest(&self, time: f64, may_be_swallowed: bool) -> Option<(Pose, Touch, bool)> {
+        let pose = self.pose(time);
+        let part = if may_be_swallowed { self.pair.swallowed(self.shapes, &pose) } else { None };
+        if part.is_some() {
+            let whole = Pair::new(self.shapes[0], self.shapes[1])?;
+            let (touch, intersects) = whole.nearest_or_way_out(self.shapes, &pose, self.search);
+            return touch.map(|touch| (pose, touch, intersects && !touch.is_of_triangles()));
+        }
+        let touch = self.pair.nearest(&pose, self.search)?;
+        Some((pose, self.measured(&pose, touch), false))
+    }
+
+    /// The touch; by the nearest points of both shapes where φ is less than a distance, as a border around triangles is not wider for that.
+    fn measured(&self, pose: &Pose, touch: Touch) -> Touch {
+        let is_beside = touch.is_measured && touch.border > 0.0 && touch.gap > 0.0;
+        if is_beside { self.pair.apart(self.shapes, pose, touch) } else { touch }
     }
 
     /// Radius of the surface about the point that it turns about.
@@ -155,11 +258,20 @@ impl Cast<'_> {
         parts.fold(f64::INFINITY, f64::min) - plane
     }
 
-    /// Do the linear velocities carry the shapes apart?
-    fn is_leaving(&self, touch: &Touch) -> bool {
+    /// The speed at which the two points of a touch come nearer to each other; `None` if they do not.
+    fn approach(&self, time: f64, touch: &Touch) -> Option<f64> {
         let [first, second] = self.motions;
         let (field, moving) = if self.pair.flipped { (second, first) } else { (first, second) };
-        (field.start.rotation * to_parry(touch.normal)).dot(moving.linvel - field.linvel) >= 0.0
+        let place = field.position_at_time(time as f32);
+        let velocity = |motion: &NonlinearRigidMotion, point: Vector3<f64>| {
+            let centre = motion.position_at_time(time as f32).transform_point(motion.local_center);
+            let arm = place.transform_point(to_parry(point)) - centre;
+            to_core(motion.linvel) + to_core(motion.angvel).cross(&to_core(arm))
+        };
+        let (of_field, of_moving) = (velocity(field, touch.field_point), velocity(moving, touch.point));
+        let speed = of_field.norm() + of_moving.norm();
+        let normal = to_core(place.rotation * to_parry(touch.normal));
+        Some((of_field - of_moving).dot(&normal)).filter(|approach| *approach > APPROACHING * speed)
     }
 
     fn hit(&self, time: f64, pose: &Pose, touch: &Touch, status: ShapeCastStatus) -> ShapeCastHit {

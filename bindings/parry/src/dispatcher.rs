@@ -50,9 +50,11 @@ impl QueryDispatcher for SdfDispatcher {
         g1: &dyn Shape,
         g2: &dyn Shape,
     ) -> Result<ShapeIntersection, Unsupported> {
-        let pair = Pair::new(g1, g2).ok_or(Unsupported)?;
+        let [still, moved] = [Pose::IDENTITY, *pos12].map(NonlinearRigidMotion::constant_position);
+        let now = ShapeCastOptions::with_max_time_of_impact(0.0);
+        let pair = Pair::near([g1, g2], [&still, &moved], 0.0, &now).ok_or(Unsupported)?;
         let pose = pair.pose(pos12);
-        let touches = !pair.touches(&pose, 0.0, self.search).is_empty() || pair.is_swallowed([g1, g2], &pose);
+        let touches = !pair.touches(&pose, 0.0, self.search).is_empty() || pair.swallowed([g1, g2], &pose).is_some();
         Ok(touches.into())
     }
 
@@ -105,8 +107,8 @@ impl QueryDispatcher for SdfDispatcher {
     ) -> Result<Option<ShapeCastHit>, Unsupported> {
         let still = NonlinearRigidMotion::identity();
         let moving = NonlinearRigidMotion::new(*pos12, Vector::ZERO, velocity, Vector::ZERO);
-        let pair = Pair::new(g1, g2).ok_or(Unsupported)?;
-        Ok(Cast { pair: &pair, shapes: [g1, g2], search: self.search, motions: [&still, &moving] }.run(0.0, options))
+        let cast = Cast::new([g1, g2], self.search, [&still, &moving], 0.0, options).ok_or(Unsupported)?;
+        Ok(cast.run())
     }
 
     fn cast_shapes_nonlinear(
@@ -119,10 +121,9 @@ impl QueryDispatcher for SdfDispatcher {
         end_time: f32,
         stop_at_penetration: bool,
     ) -> Result<Option<ShapeCastHit>, Unsupported> {
-        let pair = Pair::new(g1, g2).ok_or(Unsupported)?;
         let options = ShapeCastOptions { max_time_of_impact: end_time, stop_at_penetration, ..Default::default() };
-        let cast = Cast { pair: &pair, shapes: [g1, g2], search: self.search, motions: [motion1, motion2] };
-        Ok(cast.run(start_time, options))
+        let cast = Cast::new([g1, g2], self.search, [motion1, motion2], start_time, options).ok_or(Unsupported)?;
+        Ok(cast.run())
     }
 }
 

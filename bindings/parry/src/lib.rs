@@ -32,6 +32,7 @@
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
+mod body_part;
 mod cast;
 mod convert;
 mod dispatcher;

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | group | the deepest first; a touch joins the first group whose normal is within 5°. Groups of the last step come first, so that none is torn |
 //! | reduce | the deepest point, the farthest from it, then the farthest on either side of the line between; one that is less deep counts as nearer |
-//! | keep | a point takes the data of the last step's point on the same feature, else of the nearest within the prediction |
+//! | keep | a point takes the data of the last step's point on the same feature, else of the nearest within the prediction that is left |
 //!
 //! Of points that are equally deep, corners come first and faces last: on a plane all of a face is equally deep, and its corners stay.
 
@@ -48,11 +48,7 @@ pub(crate) fn update<M: Default, C: Default + Copy>(
     for (manifold, group) in manifolds.iter_mut().zip(groups) {
         let last = std::mem::take(&mut manifold.points);
         group.fill(manifold, pose, flipped);
-        for point in &mut manifold.points {
-            if let Some(known) = same_point(point, &last, flipped, prediction as f32) {
-                point.data = known.data;
-            }
-        }
+        keep_data(&mut manifold.points, last, flipped, prediction as f32);
     }
     manifolds.retain(|manifold| !manifold.points.is_empty());
 }
@@ -114,17 +110,27 @@ fn first_max(touches: &[Touch], score: impl Fn(&Touch) -> f64) -> Option<Touch> 
     touches.iter().find(|touch| score(touch) >= largest - 1e-6 * largest.abs()).copied()
 }
 
-/// The point of the last step that this one goes on from.
-fn same_point<'a, C>(
-    point: &TrackedContact<C>,
-    last: &'a [TrackedContact<C>],
+/// Gives points the data of those of the last step that they go on from, each of which goes on once: on the same feature, else near by.
+fn keep_data<C: Copy>(
+    points: &mut [TrackedContact<C>],
+    mut last: Vec<TrackedContact<C>>,
     flipped: bool,
     prediction: f32,
-) -> Option<&'a TrackedContact<C>> {
+) {
+    let mut others = vec![];
+    for point in points {
+        match last.iter().position(|known| (known.fid1, known.fid2) == (point.fid1, point.fid2)) {
+            Some(index) => point.data = last.swap_remove(index).data,
+            None => others.push(point),
+        }
+    }
     let on_field =
         |contact: &TrackedContact<C>| -> Vector { if flipped { contact.local_p2 } else { contact.local_p1 } };
-    let distance_sq = |known: &&TrackedContact<C>| (on_field(known) - on_field(point)).length_squared();
-    let by_feature = last.iter().find(|known| (known.fid1, known.fid2) == (point.fid1, point.fid2));
-    let nearest = || last.iter().min_by(|a, b| distance_sq(a).total_cmp(&distance_sq(b)));
-    by_feature.or_else(|| nearest().filter(|known| distance_sq(known) < prediction * prediction))
+    for point in others {
+        let distance_sq = |known: &TrackedContact<C>| (on_field(known) - on_field(point)).length_squared();
+        let nearest = (0..last.len()).min_by(|a, b| distance_sq(&last[*a]).total_cmp(&distance_sq(&last[*b])));
+        if let Some(index) = nearest.filter(|index| distance_sq(&last[*index]) < prediction * prediction) {
+            point.data = last.swap_remove(index).data;
+        }
+    }
 }

@@ -3,8 +3,11 @@
 
 use std::sync::Arc;
 
-use parry3d::math::Pose;
-use parry3d::shape::Shape;
+use parry3d::bounding_volume::{Aabb as ParryAabb, BoundingVolume};
+use parry3d::math::{Pose, Vector};
+use parry3d::query::details::ShapeCastOptions;
+use parry3d::query::{NonlinearRigidMotion, PointQuery};
+use parry3d::shape::{Shape, SharedShape, TypedShape};
 use sdf_core::nalgebra::Vector3;
 use sdf_core::{Aabb, AnyField, Sdf, shapes};
 
@@ -14,7 +17,7 @@ use crate::search::Search;
 use crate::shape::SdfShape;
 use crate::surface::Surface;
 use crate::touch::{Touch, touches};
-use crate::triangles::surface_of;
+use crate::triangles::{surface_near, surface_of};
 use crate::vertices;
 
 /// Ways between two shapes that are apart, in search of their nearest points, and the smallest fraction by which two make the gap shorter.
@@ -36,6 +39,27 @@ impl Pair {
         Self::roles(g1, g2).and_then(|(field, bounds, shape, flipped)| {
             Some(Self { field, bounds, surface: surface_of(shape)?, flipped })
         })
+    }
+
+    /// The same with those triangles alone that the field comes within the target distance of, on its way.
+    pub fn near(
+        [g1, g2]: [&dyn Shape; 2],
+        motions: [&NonlinearRigidMotion; 2],
+        start: f32,
+        options: &ShapeCastOptions,
+    ) -> Option<Self> {
+        let (field, bounds, shape, flipped) = Self::roles(g1, g2)?;
+        let level = f64::from(options.target_distance);
+        let region = match &*field {
+            // A grid reads many samples to tell its box.
+            AnyField::Grid(_) => bounds.inflate(level.max(0.0)),
+            _ => field.bounds(level),
+        };
+        let surface = match reach(&region, motions, start, options.max_time_of_impact, flipped) {
+            Some(reach) => surface_near(shape, &reach)?,
+            None => surface_of(shape)?,
+        };
+        Some(Self { field, bounds, surface, flipped })
     }
 
     /// The same with a surface that is known from the last step.
@@ -73,16 +97,16 @@ impl Pair {
         touches
     }
 
-    fn touches_by_value(&self, pose: &Pose, margin: f64, search: Search) -> Vec<Touch> {
+    /// The same of those that have φ ≤ margin.
+    pub fn touches_by_value(&self, pose: &Pose, margin: f64, search: Search) -> Vec<Touch> {
         to_rigid(pose).map_or(vec![], |pose| touches((&self.field, &self.bounds), &self.surface, &pose, margin, search))
     }
 
-    /// The touch with the lowest φ. Its value is at most that at any vertex of the surface.
+    /// The touch with the lowest φ. Its value is at most that at any vertex that is asked.
     pub fn nearest(&self, pose: &Pose, search: Search) -> Option<Touch> {
         let rigid = to_rigid(pose)?;
-        let values = self.surface.parts.iter().flat_map(|part| {
-            part.points.iter().map(|point| self.field.sample(rigid.push(Vector3::from(*point))).value)
-        });
+        let value = |point: Vector3<f64>| self.field.value(rigid.push(point));
+        let values = self.surface.parts.iter().flat_map(|part| part.low_points(value).into_iter().map(value));
         let margin = values.fold(f64::INFINITY, f64::min);
         // Above the value itself, so that rounding does not lose it.
         let margin = margin + 1e-6 * margin.abs() + f64::MIN_POSITIVE;
@@ -90,39 +114,43 @@ impl Pair {
         touches.into_iter().min_by(|a, b| a.value.total_cmp(&b.value))
     }
 
-    /// Is a point of the field's body inside of the other shape, and behind the triangles that stand for it? Then they intersect, also
-    /// where the field lies wholly within, and no triangle comes near.
-    pub fn is_swallowed(&self, shapes: [&dyn Shape; 2], pose: &Pose) -> bool {
+    /// A part of the field's body of which a point is inside of the triangles that stand for the other shape. Then they intersect, also where
+    /// the part lies wholly within, and no triangle comes near.
+    pub fn swallowed(&self, shapes: [&dyn Shape; 2], pose: &Pose) -> Option<Self> {
         let (field, other) = self.field_and_other(shapes);
-        let Some(point) = field.as_shape::<SdfShape>().and_then(SdfShape::inner_point) else { return false };
-        let point = pose.inverse_transform_point(to_parry(point));
-        let border = self.surface.widest_border();
-        other.contains_local_point(point)
-            && (border == 0.0 || f64::from(other.distance_to_local_point(point, false)) <= -border)
+        let part = field.as_shape::<SdfShape>()?.parts().iter().find(|part| {
+            let point = pose.inverse_transform_point(to_parry(part.inner_point));
+            contains_within_triangles(other, point)
+        })?;
+        let surface = self.surface.clone();
+        Some(Self { field: part.field.clone(), bounds: part.bounds, surface, flipped: self.flipped })
     }
 
-    /// The touches of a pair, or the way out if the field is wholly inside of the other shape: where it is, no triangle touches it.
+    /// The touches of a pair, or the way out if a part of the field is wholly inside of the other shape: where it is, no triangle touches it.
     pub fn touches_or_way_out(&self, shapes: [&dyn Shape; 2], pose: &Pose, margin: f64, search: Search) -> Vec<Touch> {
         let mut touches = self.touches(pose, margin, search);
-        if touches.iter().any(Touch::is_of_triangles) || !self.is_swallowed(shapes, pose) {
-            let (field, other) = self.field_and_other(shapes);
-            // Another field has its own triangles here, and a smaller shape stands on its own.
-            let is_wide = f64::from(other.compute_local_aabb().extents().max_element()) >= self.field.extent::<f64>();
-            let own = field.as_shape::<SdfShape>().filter(|_| is_wide && other.as_shape::<SdfShape>().is_none());
-            if let Some((mesh, inner)) = own.and_then(|own| own.mesh().zip(own.inner_point())) {
-                touches.extend(vertices::touches(mesh, inner, other, pose, margin));
-            }
-            return touches;
+        let is_crossed = touches.iter().any(Touch::is_of_triangles);
+        if let Some(part) = self.swallowed(shapes, pose).filter(|_| !is_crossed) {
+            return part.nearest(pose, search).map(|touch| part.way_out(touch)).into_iter().collect();
         }
-        self.nearest(pose, search).map(|touch| self.way_out(touch)).into_iter().collect()
+        let (field, other) = self.field_and_other(shapes);
+        // Another field has its own triangles here, and a smaller shape stands on its own.
+        let is_wide = f64::from(other.compute_local_aabb().extents().max_element()) >= self.field.extent::<f64>();
+        let own = field.as_shape::<SdfShape>().filter(|_| is_wide && other.as_shape::<SdfShape>().is_none());
+        if let Some((own, mesh)) = own.and_then(|own| Some((own, own.mesh()?))) {
+            touches.extend(vertices::touches(mesh, own.parts(), other, pose, margin));
+        }
+        touches
     }
 
     /// The nearest touch, or the way out, and whether the shapes intersect.
     pub fn nearest_or_way_out(&self, shapes: [&dyn Shape; 2], pose: &Pose, search: Search) -> (Option<Touch>, bool) {
         let touch = self.nearest(pose, search);
-        let is_swallowed = !touch.is_some_and(|touch| touch.is_of_triangles()) && self.is_swallowed(shapes, pose);
-        let touch = touch.map(|touch| if is_swallowed { self.way_out(touch) } else { touch });
-        (touch, is_swallowed || touch.is_some_and(|touch| touch.gap <= 0.0))
+        let is_crossed = touch.is_some_and(|touch| touch.is_of_triangles());
+        match self.swallowed(shapes, pose).filter(|_| !is_crossed) {
+            Some(part) => (part.nearest(pose, search).map(|touch| part.way_out(touch)), true),
+            None => (touch, touch.is_some_and(|touch| touch.gap <= 0.0)),
+        }
     }
 
     /// The touch between the nearest points of both shapes, which are apart: from either to and fro to the nearest point of the other
@@ -151,7 +179,7 @@ impl Pair {
         best.unwrap_or(touch)
     }
 
-    /// The touch of a swallowed field that is given the nearest point of the other's surface: the field gets out if it moves there until
+    /// The touch of a swallowed part that is given the nearest point of the other's surface: it gets out if it moves there until
     /// all of its box has passed.
     fn way_out(&self, touch: Touch) -> Touch {
         // From within, the surface is on the other side of its triangles.
@@ -161,6 +189,59 @@ impl Pair {
         let depth = (touch.point - Vector3::from([0, 1, 2].map(last))).dot(&touch.normal);
         let (field_point, normal) = (touch.point - touch.normal * depth, -touch.normal);
         Touch { field_point, normal, gap: -depth, value: -depth, ..touch }
+    }
+}
+
+/// The box, in the frame of the other shape, out of which this region of the field does not come until the end; `None` if there is no end.
+fn reach(
+    region: &Aabb,
+    [first, second]: [&NonlinearRigidMotion; 2],
+    start: f32,
+    end: f32,
+    flipped: bool,
+) -> Option<ParryAabb> {
+    let (field, other) = if flipped { (second, first) } else { (first, second) };
+    let region = ParryAabb::new(to_parry(region.min.into()), to_parry(region.max.into()));
+    let is_finite = |bounds: &ParryAabb| bounds.mins.is_finite() && bounds.maxs.is_finite();
+    if !is_finite(&region) {
+        return None;
+    }
+    let place = |time: f32| {
+        let pose = other.position_at_time(time).inv_mul(&field.position_at_time(time));
+        region.transform_by(&pose)
+    };
+    let swept = if field.angvel == Vector::ZERO && other.angvel == Vector::ZERO {
+        place(start).merged(&place(end))
+    } else {
+        // No point of the region is farther from the other's centre than this at the start, nor comes nearer or goes farther than by the
+        // speed of the two centres.
+        let centre =
+            |motion: &NonlinearRigidMotion| motion.position_at_time(start).transform_point(motion.local_center);
+        let radius = (region.center() - field.local_center).length() + region.half_extents().length();
+        let way = (field.linvel - other.linvel).length() * (end - start);
+        let reach = (centre(field) - centre(other)).length() + radius + way;
+        ParryAabb::from_half_extents(other.local_center, Vector::splat(reach))
+    };
+    // Of f32, in all that is above.
+    let rounding = 1e-5 * (swept.half_extents().length() + swept.center().length());
+    (is_finite(&swept) && rounding.is_finite()).then(|| swept.loosened(rounding))
+}
+
+/// Is a point inside of the triangles that stand for a shape? Those of a rounded one are of the shape within.
+fn contains_within_triangles(shape: &dyn Shape, point: Vector) -> bool {
+    match shape.as_typed_shape() {
+        TypedShape::RoundCuboid(round) => round.inner_shape.contains_local_point(point),
+        TypedShape::RoundTriangle(round) => round.inner_shape.contains_local_point(point),
+        TypedShape::RoundCylinder(round) => round.inner_shape.contains_local_point(point),
+        TypedShape::RoundCone(round) => round.inner_shape.contains_local_point(point),
+        TypedShape::RoundConvexPolyhedron(round) => round.inner_shape.contains_local_point(point),
+        TypedShape::Compound(compound) => {
+            let is_in = |(pose, part): &(Pose, SharedShape)| {
+                contains_within_triangles(&**part, pose.inverse_transform_point(point))
+            };
+            compound.shapes().iter().any(is_in)
+        }
+        _ => shape.contains_local_point(point),
     }
 }
 

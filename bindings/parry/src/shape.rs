@@ -19,6 +19,7 @@ use sdf_core::nalgebra::{Matrix3, Vector3};
 use sdf_core::overlap::{NoRegion, Pair};
 use sdf_core::{AnyField, Sdf};
 
+use crate::body_part::{BodyPart, at_surface};
 use crate::convert::{to_core, to_parry};
 use crate::nearest::NearestPoint;
 use crate::surface::Surface;
@@ -30,8 +31,7 @@ pub struct SdfShape {
     bounds: Aabb,
     /// The same as the field has it. A grid reads many samples to tell it.
     field_bounds: sdf_core::Aabb,
-    /// A point with φ ≤ 0, or on the surface.
-    inner_point: Option<Vector3<f64>>,
+    parts: Arc<[BodyPart]>,
     unit_mass: Arc<OnceLock<MassProperties>>,
     mesh: Option<Arc<Surface>>,
 }
@@ -68,9 +68,6 @@ impl std::error::Error for InvalidShape {}
 
 /// Steps of a ray. Each step that is not the last gets at least 1e-6 of the box's diagonal further.
 const MAX_RAY_STEPS: u32 = 4096;
-
-/// A ray, or a point, is at the surface within this fraction of the box's diagonal.
-const AT_SURFACE: f64 = 1e-6;
 
 /// Cells along the longest side in which a field is proven to be empty.
 const PROOF_CELLS: u32 = 64;
@@ -114,12 +111,12 @@ impl SdfShape {
             return Err(InvalidShape::TooFar);
         }
         let field = Arc::new(field);
-        let shape = Self { field, bounds, field_bounds, inner_point: None, unit_mass: Arc::default(), mesh: None };
-        let inner_point = shape.find_inner_point();
-        if inner_point.is_none() && shape.is_empty() {
+        let parts = BodyPart::all(&field, &field_bounds).into();
+        let shape = Self { field, bounds, field_bounds, parts, unit_mass: Arc::default(), mesh: None };
+        if shape.parts.is_empty() && shape.is_empty() {
             return Err(InvalidShape::Unbounded);
         }
-        Ok(Self { inner_point, ..shape })
+        Ok(shape)
     }
 
     /// The same with its surface as triangles, such as the mesh that was baked. They are needed where the other shape has none: against
@@ -154,16 +151,9 @@ impl SdfShape {
         self.mesh.as_ref()
     }
 
-    /// A point of the body; `None` if none was found.
-    pub(crate) fn inner_point(&self) -> Option<Vector3<f64>> {
-        self.inner_point
-    }
-
-    /// The middle of the box, or the point of the surface that is nearest to it.
-    fn find_inner_point(&self) -> Option<Vector3<f64>> {
-        let middle = to_core(self.bounds.center());
-        let point = if self.field.sample(middle).value <= 0.0 { middle } else { self.nearest_to(middle) };
-        (self.field.sample(point).value <= self.at_surface()).then_some(point)
+    /// The parts of the body in which a point was found.
+    pub(crate) fn parts(&self) -> &[BodyPart] {
+        &self.parts
     }
 
     /// Is it proven that φ > 0 in all of the box?
@@ -177,7 +167,7 @@ impl SdfShape {
     }
 
     fn at_surface(&self) -> f64 {
-        AT_SURFACE * f64::from(self.bounds.extents().length())
+        at_surface(&self.field_bounds)
     }
 
     /// Mass, centre and inertia at a density of one.

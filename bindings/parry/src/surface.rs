@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use parry3d::math::Pose;
 use sdf_core::Aabb;
-use sdf_core::contact::{ClusterKey, Clusters, cluster_count};
+use sdf_core::contact::{CLUSTER_SIZE, ClusterKey, Clusters, cluster_count};
 use sdf_core::nalgebra::Vector3;
 
 use crate::convert::{to_core, to_parry};
@@ -54,12 +54,6 @@ impl Surface {
     pub fn shared_with_clusters(this: Arc<Self>) -> Arc<Self> {
         let has_clusters = this.parts.iter().all(|part| part.clusters().is_some());
         if has_clusters { this } else { Arc::new(Arc::unwrap_or_clone(this).with_clusters()) }
-    }
-
-    /// The widest border around triangles.
-    pub fn widest_border(&self) -> f64 {
-        let border = |part: &Part| if let Rounding::Border(radius) = part.rounding { radius } else { 0.0 };
-        self.parts.iter().map(border).fold(0.0, f64::max)
     }
 
     /// Radius of a ball that holds the surface, wherever it lies: about the middle of its points' box.
@@ -117,6 +111,31 @@ impl Part {
         if Clusters::build(&self.points, &self.faces, &mut scratch, &mut order, &mut boxes).is_some() {
             (self.order, self.boxes) = (order, boxes);
         }
+    }
+
+    /// Points among which one is about as low as the lowest by `value`: all, or those of the cluster whose middle is lowest.
+    pub fn low_points(&self, value: impl Fn(Vector3<f64>) -> f64) -> Vec<Vector3<f64>> {
+        let Some(clusters) = self.clusters() else {
+            return self.points.iter().copied().map(Vector3::from).collect();
+        };
+        let middle = |bounds: &Aabb| (Vector3::from(bounds.min) + Vector3::from(bounds.max)) / 2.0;
+        let values = clusters.boxes().iter().map(|bounds| value(middle(bounds)));
+        let lowest = values.enumerate().min_by(|(_, a), (_, b)| a.total_cmp(b)).map_or(0, |(index, _)| index);
+        let faces = clusters.order().chunks(CLUSTER_SIZE).nth(lowest).unwrap_or_default();
+        let vertices = faces.iter().flat_map(|face| self.faces[*face as usize]);
+        vertices.map(|vertex| Vector3::from(self.points[vertex as usize])).collect()
+    }
+
+    /// Those faces whose clusters meet a box; all if there are no clusters.
+    pub fn near(&self, region: &Aabb) -> Self {
+        let Some(clusters) = self.clusters() else { return self.clone() };
+        let meets = |bounds: &Aabb| bounds.intersection(region).is_some();
+        let groups = clusters.boxes().iter().zip(clusters.order().chunks(CLUSTER_SIZE));
+        let faces = groups.filter(|(bounds, _)| meets(bounds)).flat_map(|(_, faces)| faces);
+        let corners = faces.flat_map(|face| self.faces[*face as usize]);
+        let points: Vec<_> = corners.map(|vertex| self.points[vertex as usize]).collect();
+        let faces = (0..points.len() as u32 / 3).map(|face| [3 * face, 3 * face + 1, 3 * face + 2]).collect();
+        Self { rounding: self.rounding, ..Self::new(points, faces) }
     }
 
     /// `None` if they were not made.

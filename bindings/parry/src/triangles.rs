@@ -13,8 +13,9 @@
 
 use std::sync::Arc;
 
+use parry3d::bounding_volume::{Aabb, BoundingVolume};
 use parry3d::math::Vector;
-use parry3d::shape::{Capsule, Cuboid, Shape, TriMeshFlags, TypedShape};
+use parry3d::shape::{Capsule, Cuboid, Shape, TriMeshFlags, Triangle, TypedShape};
 use sdf_core::nalgebra::Vector3;
 
 use crate::convert::to_core;
@@ -41,6 +42,51 @@ pub(crate) fn surface_of(shape: &dyn Shape) -> Option<Arc<Surface>> {
             Some(Arc::new(all))
         }
         simple => Some(Arc::new(Surface { parts: vec![part_of(simple)?] })),
+    }
+}
+
+/// Faces from which on a cast sorts them into clusters.
+const MANY_FACES: usize = 64;
+
+/// Of large surfaces those triangles alone that may meet a box. `None` as by [`surface_of`].
+pub(crate) fn surface_near(shape: &dyn Shape, region: &Aabb) -> Option<Arc<Surface>> {
+    let surface = parts_near(shape, region)?;
+    let is_large = surface.parts.iter().any(|part| part.faces.len() >= MANY_FACES);
+    Some(Arc::new(if is_large { surface.with_clusters() } else { surface }))
+}
+
+fn parts_near(shape: &dyn Shape, region: &Aabb) -> Option<Surface> {
+    let of_one = |triangles: Vec<Triangle>| {
+        let points = triangles.iter().flat_map(|triangle| *triangle.vertices()).collect();
+        let faces = (0..triangles.len() as u32).map(|face| [3 * face, 3 * face + 1, 3 * face + 2]).collect();
+        let part = of_triangles((points, faces));
+        part.points.as_flattened().iter().all(|x| x.is_finite()).then(|| Surface { parts: vec![part] })
+    };
+    match shape.as_typed_shape() {
+        TypedShape::TriMesh(mesh) if !mesh.flags().contains(TriMeshFlags::DEFORMABLE) => {
+            of_one(mesh.bvh().intersect_aabb(region).map(|face| mesh.triangle(face)).collect())
+        }
+        TypedShape::HeightField(heights) => {
+            let mut triangles = vec![];
+            heights.map_elements_in_local_aabb(region, &mut |_, triangle| triangles.push(*triangle));
+            of_one(triangles)
+        }
+        TypedShape::Custom(_) => {
+            let mesh = shape.as_shape::<SdfShape>()?.mesh()?;
+            let region = sdf_core::Aabb { min: to_core(region.mins).into(), max: to_core(region.maxs).into() };
+            Some(Surface { parts: mesh.parts.iter().map(|part| part.near(&region)).collect() })
+        }
+        TypedShape::Compound(compound) => {
+            let mut all = Surface::default();
+            for (pose, part) in compound.shapes() {
+                let region = region.transform_by(&pose.inverse());
+                if part.compute_local_aabb().intersects(&region) {
+                    all.parts.extend(parts_near(&**part, &region)?.parts.iter().map(|part| part.placed(pose)));
+                }
+            }
+            Some(all)
+        }
+        _ => surface_of(shape).map(Arc::unwrap_or_clone),
     }
 }
 

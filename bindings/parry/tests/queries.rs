@@ -12,6 +12,7 @@ use parry3d::query::{
 use parry3d::shape::{Ball, Cuboid, Shape, SharedShape, TriMesh, TriMeshFlags};
 use scene::{Mesh, bake, lumpy_ball};
 use sdf_bake::{MeshDistance, TriangleMesh, lattice_around, sparse};
+use sdf_core::placed::Similarity;
 use sdf_core::{AnyField, shapes};
 use sdf_parry::{SdfDispatcher, SdfShape, Search};
 use sdf_procedural::random::{Random, test_seed};
@@ -144,6 +145,44 @@ fn a_field_inside_of_a_solid_intersects_it() {
                 assert!(!dispatcher().intersection_test(&apart, a, b).unwrap().intersecting);
             });
         }
+    }
+}
+
+/// A union is inside as soon as one of its parts is, whichever comes first.
+#[test]
+fn any_part_of_a_union_inside_of_a_solid_intersects_it() {
+    let ball = |x: f64| {
+        let place = Similarity::new([x, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0], 1.0).unwrap();
+        AnyField::from(shapes::Sphere::new(0.1).unwrap()).placed(place)
+    };
+    let cuboid = SharedShape::cuboid(1.0, 1.0, 1.0);
+    for (first, around) in [-2.5, 2.5].into_iter().flat_map(|first| [(first, -2.5_f32), (first, 2.5)]) {
+        let union = shape(AnyField::union(vec![ball(first), ball(-first)]).unwrap());
+        let pose = Pose::from_translation(Vector::new(around, 0.1, 0.0));
+        let context = format!("{first} first, around {around}");
+        assert!(dispatcher().intersection_test(&pose, &union, &*cuboid).unwrap().intersecting, "{context}");
+        let contact = dispatcher().contact(&pose, &union, &*cuboid, 0.0).unwrap().expect(&context);
+        // Out by the nearest side: 1 − 0.1 and the radius.
+        assert!((contact.dist + 1.0).abs() < 1e-3, "{context}: {contact:?}");
+        let apart = Pose::from_translation(contact.normal1 * (1e-2 - contact.dist)) * pose;
+        assert!(!dispatcher().intersection_test(&apart, &union, &*cuboid).unwrap().intersecting, "{context}");
+    }
+}
+
+/// parry has no distance for points on the axis of a round cylinder.
+#[test]
+fn a_field_on_the_axis_of_a_round_solid_intersects_it() {
+    let field = shape(shapes::Sphere::new(0.05).unwrap());
+    let solids = [
+        SharedShape::round_cylinder(0.97, 0.478, 0.0264),
+        SharedShape::round_cone(0.9, 0.5, 0.05),
+        SharedShape::round_cuboid(0.5, 0.6, 0.7, 0.1),
+    ];
+    for (solid, y) in solids.iter().flat_map(|solid| [0.0, 0.05, -0.1].map(|y| (solid, y))) {
+        let pose = Pose::from_translation(Vector::new(0.0, y, 0.0));
+        let context = format!("{:?} at {y}", solid.shape_type());
+        assert!(dispatcher().intersection_test(&pose, &field, &**solid).unwrap().intersecting, "{context}");
+        assert_eq!(dispatcher().distance(&pose, &field, &**solid).unwrap().distance, 0.0, "{context}");
     }
 }
 
