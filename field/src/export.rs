@@ -16,7 +16,7 @@ use sdf_core::nalgebra::Vector3;
 use sdf_core::{Aabb, Interval, Sdf};
 pub use sdf_formats::export::ExportFormat;
 use sdf_formats::export::{self, RawFacts};
-use sdf_formats::{atomic_write, blob_file};
+use sdf_formats::{atomic_write, atomic_write_both, blob_file};
 
 pub use error::ExportError;
 
@@ -297,16 +297,10 @@ pub fn description_path(path: &Path) -> PathBuf {
     name.into()
 }
 
-/// Writes a file and the one beside it that describes it: both, or neither if a disk is full.
+/// Writes a file and the one beside it that describes it: both or neither.
 fn write_described(path: &Path, bytes: &[u8], beside: &Path, text: &[u8]) -> Result<(), ExportError> {
-    let mut at = path;
-    let written: std::io::Result<()> = atomic_write(path, |temporary| {
-        std::fs::write(temporary, bytes)?;
-        std::fs::OpenOptions::new().write(true).open(temporary)?.sync_all()?;
-        at = beside;
-        atomic_write(beside, |temporary| std::fs::write(temporary, text)).inspect(|()| at = path)
-    });
-    written.map_err(|error| ExportError::Unwritable(at.to_owned(), error))
+    let written = atomic_write_both([(path, bytes), (beside, text)]);
+    written.map_err(|(index, error)| ExportError::Unwritable([path, beside][index].to_owned(), error))
 }
 
 fn write(path: &Path, bytes: &[u8]) -> Result<(), ExportError> {

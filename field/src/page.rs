@@ -143,7 +143,7 @@ impl<'a> Scene<'a> {
         Self { name, field, pose: None, mesh: None, segments: &[], contacts: &[] }
     }
 
-    /// What is drawn of the mesh.
+    /// Elements that are drawn of the mesh.
     fn elements<'b>(&self, mesh: &MeshView<'b>) -> Vec<Drawn<'b>>
     where
         'a: 'b,

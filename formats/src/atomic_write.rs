@@ -51,6 +51,38 @@ pub fn atomic_write<T, E: From<io::Error>>(target: &Path, write: impl FnOnce(&Pa
     Ok(written)
 }
 
+/// Writes two files that belong together: both, or neither if a disk is full, one of them cannot be written, or Ctrl-C ends the process. Only
+/// a process that is killed between the two renames, which follow each other at once, leaves one of them. The error comes with the
+/// index of its file.
+pub fn atomic_write_both(files: [(&Path, &[u8]); 2]) -> Result<(), (usize, io::Error)> {
+    let prepare = |(target, bytes): (&Path, &[u8])| -> io::Result<(Temporary, PathBuf)> {
+        let target = replaceable(target)?;
+        let (folder, id) = (folder_of(&target), id(&target));
+        remove_leftovers(folder, id);
+        let temporary = Temporary::create(folder, id)?;
+        fs::write(&temporary.path, bytes)?;
+        OpenOptions::new().write(true).open(&temporary.path)?.sync_all()?;
+        Ok((temporary, target))
+    };
+    let prepared = files.into_iter().enumerate().map(|(index, file)| prepare(file).map_err(|error| (index, error)));
+    let prepared = prepared.collect::<Result<Vec<_>, _>>()?;
+    {
+        // A handler of Ctrl-C waits until both have their names, or has removed both.
+        let _active_folders = active_folders();
+        for (index, (temporary, target)) in prepared.iter().enumerate() {
+            temporary.rename(target).map_err(|error| (index, error))?;
+        }
+    }
+    for (index, (temporary, target)) in prepared.into_iter().enumerate() {
+        drop(temporary);
+        #[cfg(unix)]
+        File::open(folder_of(&target)).and_then(|folder| folder.sync_all()).map_err(|error| (index, error))?;
+        #[cfg(not(unix))]
+        let _ = (index, target);
+    }
+    Ok(())
+}
+
 /// Writer of many files of one folder, each whole or not at all if the program is killed, as [`atomic_write`] does, but not flushed to
 /// the disk one by one: after a power failure the last ones may be empty, cut short or missing, also where they replaced another. One
 /// temporary folder serves all of them.

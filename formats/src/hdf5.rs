@@ -56,6 +56,9 @@ impl Compression {
 /// First bytes of every HDF5 file, section II.A.
 pub(crate) const SIGNATURE: &[u8; 8] = b"\x89HDF\r\n\x1a\n";
 
+/// An address that is none.
+const UNDEFINED: u64 = u64::MAX;
+
 /// Longest text of an attribute, in bytes. HDF5 cannot keep more in an object header; a path or a sentence has a
 /// hundredth of it.
 pub(crate) const MAX_TEXT_BYTES: usize = 1 << 16;

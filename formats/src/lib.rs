@@ -13,4 +13,6 @@ mod hdf5;
 pub mod import;
 pub mod mesh;
 
-pub use atomic_write::{FolderWriter, WriteLock, atomic_write, clear_leftovers, remove_temporaries, try_to_write};
+pub use atomic_write::{
+    FolderWriter, WriteLock, atomic_write, atomic_write_both, clear_leftovers, remove_temporaries, try_to_write,
+};

@@ -10,7 +10,7 @@ use sdf_field::file::Compression;
 use sdf_field::{BakeOptions, BrickShard, GridSize, SignMethod, Source};
 
 use super::values::{
-    ErrorLimit, Shard, bytes, compressions, grid_file, layouts, max_error, page_file, positive, precisions,
+    ErrorLimit, Shard, bytes, compressions, grid_file, layouts, max_error, page_file, positive, precisions, whole,
 };
 use super::{Json, Threads};
 
@@ -31,7 +31,7 @@ pub struct BakeArgs {
     #[arg(short, long, value_name = "OUT.sdf.h5", value_parser = PathBufValueParser::new().try_map(grid_file))]
     pub output: Option<PathBuf>,
     /// Number of cells along the longest side of the mesh's box, padding not counted.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = whole(1..=u32::MAX), allow_negative_numbers = true)]
     pub res: Option<u32>,
     /// Side of a cell, in the mesh's unit.
     #[arg(long, value_name = "H", value_parser = positive, allow_negative_numbers = true)]
@@ -44,7 +44,7 @@ pub struct BakeArgs {
     #[arg(long, value_parser = layouts())]
     pub layout: Option<Layout>,
     /// Half width of a sparse grid's band, in cells: within it values are distances, beyond it coarse ones inside and, to 3/8 of a cell, lower bounds outside [default: 3].
-    #[arg(long, value_name = "VOXELS", value_parser = clap::value_parser!(u32).range(1..=1000), allow_negative_numbers = true)]
+    #[arg(long, value_name = "VOXELS", value_parser = whole(1..=1000), allow_negative_numbers = true)]
     pub band: Option<u32>,
     /// Type of a sample; u16 and u8 round, which the certified error includes [default: f32; u16 of a sparse grid; --max-error chooses u16 or u8, whichever takes less memory].
     #[arg(long, value_parser = precisions())]

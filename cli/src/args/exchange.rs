@@ -8,7 +8,7 @@ use sdf_core::grid::Precision;
 use sdf_field::export::ExportFormat;
 
 use super::contacts::{Elements, PoseArgs};
-use super::values::{Numbers, finite, grid_file, page_file, positive, precisions};
+use super::values::{Numbers, finite, grid_file, page_file, positive, precisions, whole};
 use super::{Json, Threads};
 
 /// Write a field as a file of another program.
@@ -28,10 +28,10 @@ pub struct ExportArgs {
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Number of cells along the longest side [default: the grid's own nodes; 128 for shapes in closed form].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096), allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = whole(1..=4096), allow_negative_numbers = true)]
     pub res: Option<u32>,
     /// Half width of a NanoVDB level set's band, in cells; of a sparse grid at most its own [default: the band of a sparse grid; 4].
-    #[arg(long, value_name = "VOXELS", value_parser = clap::value_parser!(u32).range(1..=1000), allow_negative_numbers = true)]
+    #[arg(long, value_name = "VOXELS", value_parser = whole(1..=1000), allow_negative_numbers = true)]
     pub band: Option<u32>,
     /// Type of the samples of a blob or table [default: the grid's own]. u16 and u8 are steps of each block of 8 × 8 × 8 nodes, or of the
     /// whole range of a dense grid of f32; rounding widens the certified bounds.

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use clap::{Parser, ValueEnum};
 
-use super::values::{finite, histogram_file, mesh_file, picture_file};
+use super::values::{finite, histogram_file, mesh_file, picture_file, whole};
 use super::{Json, Threads};
 
 /// Print distances and gradients at points, as lines of x,y,z,distance,gx,gy,gz,status.
@@ -42,7 +42,8 @@ pub struct InfoArgs {
 /// for a sparse grid within its band and, as many again each, in the whole box and beside nodes of its coarse grid: there a value
 /// may be less than the distance, more by 3h²/(8B) at most, with cells of h and a band of B, and inside by no more than the file states.
 /// Nodes of its bricks beyond the band are no nearer than the band. No cell may be missing on the surface. At the points, the bounds of values and slopes that blocks state must
-/// hold, and the padding must be no more than the mesh is from the box's faces, by its box or by the samples there. For shapes in TOML, which certify nothing, the errors are only
+/// hold, and the padding must be no more than the mesh is from the box's faces, by its box or by the samples there. The mesh that a grid keeps
+/// must be the one that was baked. For shapes in TOML, which certify nothing, the errors are only
 /// printed.
 #[derive(Debug, Parser)]
 pub struct VerifyArgs {
@@ -52,7 +53,7 @@ pub struct VerifyArgs {
     pub mesh: PathBuf,
     /// Number of random points, and of random nodes of a grid.
     #[arg(long, value_name = "N", default_value_t = 100_000, allow_negative_numbers = true)]
-    #[arg(value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(value_parser = whole(1..=u32::MAX))]
     pub points: u32,
     /// Check every node of the grid; of a sparse grid, those in bricks and those of its coarse grid.
     #[arg(long)]
@@ -90,7 +91,7 @@ pub struct SliceArgs {
     pub at: Option<f64>,
     /// Pixels along the picture's longer side.
     #[arg(long, value_name = "N", default_value_t = 1024, allow_negative_numbers = true)]
-    #[arg(value_parser = clap::value_parser!(u32).range(16..=16384))]
+    #[arg(value_parser = whole(16..=16384))]
     pub pixels: u32,
     #[command(flatten)]
     pub json: Json,
@@ -112,7 +113,7 @@ pub struct SurfaceArgs {
     #[arg(short, long, value_name = "OUT.obj", value_parser = PathBufValueParser::new().try_map(mesh_file))]
     pub output: PathBuf,
     /// Number of cells along the longest side [default: the grid's own; 128 for shapes in closed form].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096), allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = whole(1..=4096), allow_negative_numbers = true)]
     pub res: Option<u32>,
     /// Extract the level set of this distance. Where it leaves the box of the grid, the surface is open: a warning says so.
     #[arg(long, value_name = "D", default_value_t = 0.0, value_parser = finite, allow_hyphen_values = true)]

@@ -1,6 +1,7 @@
 //! Values of options that clap cannot parse by itself.
 
 use std::fmt;
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::str::FromStr;
 
@@ -45,6 +46,17 @@ pub fn reduced_count(text: &str) -> Result<usize, String> {
     match text.parse() {
         Ok(count) if (1..=MAX_REDUCED).contains(&count) => Ok(count),
         _ => Err(format!("give a whole number from 1 to {MAX_REDUCED}")),
+    }
+}
+
+/// A whole number in a range.
+pub fn whole(range: RangeInclusive<u32>) -> impl Fn(&str) -> Result<u32, String> + Clone {
+    move |text| {
+        let number = text.parse().ok().filter(|number| range.contains(number));
+        number.ok_or_else(|| match (*range.start(), *range.end()) {
+            (least, u32::MAX) => format!("give a whole number from {least} on"),
+            (least, most) => format!("give a whole number from {least} to {most}"),
+        })
     }
 }
 

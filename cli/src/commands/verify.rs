@@ -6,12 +6,14 @@
 //! | errors over all samples | `findings` |
 //! | beyond the band of a sparse grid | `far` |
 //! | reasons why the field does not match | `faults` |
+//! | the mesh that the grid keeps | `kept` |
 //! | with `--tight`: tight error bounds of bricks | `tight` |
 //! | rows and JSON | `summary` |
 
 mod far;
 mod faults;
 mod findings;
+mod kept;
 mod sampling;
 mod summary;
 mod tight;
@@ -55,6 +57,7 @@ impl Subject {
                 grid,
                 band: sparse.map(|sparse| sparse.band),
                 error_bound: about.error_bound,
+                error_regions: about.error_regions.as_ref(),
                 slope_bound: about.slope_bound,
                 padding: about.padding,
                 has_exact_nodes: true,
@@ -63,6 +66,7 @@ impl Subject {
                 grid,
                 band: (grid.storage().layout() == Layout::Sparse).then(|| grid.band()),
                 error_bound: grid.global_error_bound(),
+                error_regions: None,
                 slope_bound: grid.slope_bound(),
                 padding: *padding,
                 has_exact_nodes: false,
@@ -111,7 +115,8 @@ pub fn run(args: &VerifyArgs) -> Result<()> {
         (false, false) => mesh.without_inner_faces(),
     };
     let surface = Surface::new(&mesh);
-    let (findings, samples, tight) = progress::on_threads(args.threads, || {
+    let same_mesh = about.map(|about| about.source.sha256 == input.facts.sha256);
+    let (findings, samples, tight, kept_fault) = progress::on_threads(args.threads, || {
         // Signs are by winding numbers at every point, whichever method the file was signed by. Distances come from the
         // baker's own tree, which bake's tests compare with brute force and with parry3d.
         let truth = MeshDistance::new(&mesh, Some(SignMethod::Winding));
@@ -125,12 +130,22 @@ pub fn run(args: &VerifyArgs) -> Result<()> {
         };
         let bricks = subject.stated().ok().filter(|_| args.tight);
         let tight = bricks.and_then(|stated| stated.band.map(|band| tight_bound(stated.grid, band, &mesh)));
-        (findings, samples, tight)
+        let kept = match &subject {
+            Subject::Grid(StoredGrid { mesh, about, .. }) => mesh.as_ref().map(|kept| (kept, about)),
+            Subject::Blob(_) | Subject::Shapes(_) => None,
+        };
+        let is_same = same_mesh == Some(true);
+        let kept_fault = kept.and_then(|(kept, about)| kept::fault(args, kept, about, &mesh, &truth, is_same));
+        (findings, samples, tight, kept_fault)
     })?;
     let diagonal = mesh.bounds().diagonal();
-    let same_mesh = about.map(|about| about.source.sha256 == input.facts.sha256);
     let spacing = subject.stated().ok().map(|stated| stated.grid.lattice().spacing());
-    let faults = faults(&findings);
+    let mut faults = faults(&findings);
+    faults.extend(kept_fault);
+    let triangles = about.map(|about| about.source.triangles).filter(|_| same_mesh == Some(true));
+    if let Some(stated) = triangles.filter(|stated| *stated != input.mesh.triangles.len() as u64) {
+        faults.push(format!("the file states {stated} triangles of {}", input.mesh.triangles.len()));
+    }
     if let Some(path) = &args.histogram {
         let (unit, length) = spacing.map_or(("of the diagonal", diagonal), |spacing| ("in voxels", spacing));
         let errors: Vec<f64> = samples.iter().map(|sample| sample.error() / length).collect();

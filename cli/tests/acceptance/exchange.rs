@@ -192,7 +192,7 @@ fn an_import_does_not_replace_the_grid_that_its_file_came_from() {
     folder.done("import ball.nvdb");
 }
 
-/// What a page says of its arrays: the number of entries of each.
+/// Offset and number of entries of each array of a page.
 fn parts_of(page: &[u8]) -> serde_json::Value {
     let page = std::str::from_utf8(page).unwrap();
     let head = page.split_once("id=\"head\">").unwrap().1.split_once("</script>").unwrap().0;

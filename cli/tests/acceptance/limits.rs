@@ -74,3 +74,16 @@ fn a_mesh_of_many_separate_triangles_takes_little_memory() {
     let script = format!("ulimit -v 400000; exec {} bake leaves.obj --res 24 --threads 1", crate::folder::SDFTOOL);
     assert_cmd::Command::new("sh").args(["-c", &script]).current_dir(folder.path()).assert().success();
 }
+
+#[test]
+fn counts_that_are_not_whole_are_refused_by_what_they_may_be() {
+    let folder = Folder::new();
+    for (words, advice) in [
+        ("bake a.obj --res 8.5", "give a whole number from 1 on"),
+        ("bake a.obj --res 0", "give a whole number from 1 on"),
+        ("bake a.obj --res 8 --band 4.5", "give a whole number from 1 to 1000"),
+        ("export a.sdf.h5 --format nvdb --res 5000", "give a whole number from 1 to 4096"),
+    ] {
+        says(&folder.wrong_usage(words), &[advice]);
+    }
+}

@@ -1,9 +1,11 @@
 //! `verify` of sparse grids: what it finds, and what it takes for true.
 
 use sdf_core::grid::BlockBounds;
-use sdf_core::grid::owned::{OwnedBricks, OwnedStorage};
+use sdf_core::grid::owned::{ErrorRegions, OwnedBricks, OwnedStorage};
 use sdf_core::nalgebra::Vector3;
-use sdf_formats::grid_file::{self, About, Samples, SparseInfo, SparseSamples, StoredGrid};
+use sdf_formats::grid_file::{
+    self, About, Samples, Source, SparseInfo, SparseSamples, StoredGrid, StoredMesh, WriteOptions,
+};
 
 use crate::folder::{Folder, says};
 use crate::meshes::Model;
@@ -118,6 +120,49 @@ fn one_wrong_sign_is_singular_and_two_are_not() {
         grid_file::write(&folder.at("wrong.sdf.h5"), grid.lattice(), samples, &about).unwrap();
         says(&mismatch(&folder, "verify wrong.sdf.h5 ball.obj --points 10 --all-nodes"), &[reason]);
     }
+}
+
+/// Exact contacts are measured by the mesh that the grid keeps, `info` repeats what the file states.
+#[test]
+fn verify_refuses_a_kept_mesh_and_facts_that_are_not_those_of_the_mesh() {
+    let folder = Folder::new();
+    let mut open = Model::ball([0.0; 3], 1.0, 3);
+    open.triangles.retain(|corners| !corners.contains(&0));
+    folder.write("open.obj", open.obj());
+    folder.write("again.obj", format!("# The same mesh in another file.\n{}", open.obj()));
+    folder.done("bake open.obj --res 24 --keep-mesh");
+    let StoredGrid { grid, about, mesh, .. } = grid_file::read(&folder.at("open.sdf.h5")).unwrap();
+    let (mesh, regions) = (mesh.unwrap(), about.error_regions.clone().unwrap());
+    let OwnedStorage::Dense(storage) = grid.storage() else { panic!("a dense grid") };
+    let write = |about: &About, mesh: &StoredMesh| {
+        let samples = Samples::Dense { distances: storage.storage().samples(), bounds: storage.bounds() };
+        let options = WriteOptions { mesh: Some(mesh), ..WriteOptions::default() };
+        grid_file::write_with(&folder.at("wrong.sdf.h5"), grid.lattice(), samples, about, options).unwrap();
+    };
+    let words = |mesh: &str| format!("verify wrong.sdf.h5 {mesh} --points 20000");
+    write(&about, &mesh);
+    folder.done(&words("open.obj"));
+    folder.done(&words("again.obj"));
+    let mut moved = mesh.clone();
+    moved.vertices[7][1] += 1e-9;
+    write(&about, &moved);
+    says(&mismatch(&folder, &words("open.obj")), &["the kept mesh is not the one that was baked"]);
+    folder.done(&words("again.obj"));
+    moved.vertices.iter_mut().for_each(|vertex| vertex[0] *= 0.5);
+    write(&about, &moved);
+    says(&mismatch(&folder, &words("again.obj")), &["the kept mesh is another by 0."]);
+    write(&about, &StoredMesh { is_sign_continuous: true, ..mesh.clone() });
+    says(&mismatch(&folder, &words("open.obj")), &["the kept mesh counts as closed, and is not"]);
+
+    let source = Source { triangles: 7, ..about.source.clone() };
+    write(&About { source, ..about.clone() }, &mesh);
+    says(
+        &mismatch(&folder, &words("open.obj")),
+        &[&format!("the file states 7 triangles of {}", open.triangles.len())],
+    );
+    let small = ErrorRegions { error_bound: 1e-3 * regions.error_bound, ..regions };
+    write(&About { error_regions: Some(small), ..about.clone() }, &mesh);
+    says(&mismatch(&folder, &words("open.obj")), &["wrong by more than the file states of where the error is large"]);
 }
 
 /// The step of samples in f32 is written as 1, but nothing is rounded to it. Signs count in any unit.

@@ -13,7 +13,7 @@ pub struct Origins {
     pub of_field: [f64; 3],
     /// In the world.
     pub of_points: [f64; 3],
-    /// Of the field, in its frame.
+    /// Box of the field, in its frame.
     bounds: Aabb,
 }
 
@@ -25,7 +25,7 @@ impl Origins {
         Self { of_field, of_points: [0.0; 3], bounds }.moved(pose, has_points)
     }
 
-    /// Those of the same field elsewhere.
+    /// The origins for the same field elsewhere.
     pub fn moved(self, pose: Option<&Rigid>, has_points: bool) -> Self {
         let of_points = match pose {
             _ if !has_points => [0.0; 3],

@@ -37,7 +37,7 @@ pub(crate) use object::Object;
 
 use super::element::Element;
 use super::tiling::Tile;
-use super::{MAX_TEXT_BYTES, SIGNATURE};
+use super::{MAX_TEXT_BYTES, SIGNATURE, UNDEFINED};
 use fields::Fields;
 use source::ByteSource;
 
@@ -139,17 +139,24 @@ fn root_address(source: &ByteSource) -> Result<u64, ReadError> {
     }
     let superblock = source.read(0, SUPERBLOCK_BYTES)?;
     let mut fields = Fields(&superblock[SIGNATURE.len() + 1..]);
+    // Versions of free space, root entry and shared messages, with a byte between that is not used.
+    let versions = [fields.u8()?, fields.u8()?, fields.u8()?, fields.u8()?];
+    let sizes = [fields.u8()?, fields.u8()?];
+    let unused = fields.u8()?;
+    // Ranks of the trees of groups.
     fields.skip(4)?;
-    let [offset_bytes, length_bytes] = [fields.u8()?, fields.u8()?];
-    fields.skip(9)?;
-    let [base, _free_space, end] = [fields.u64()?, fields.u64()?, fields.u64()?];
-    if (offset_bytes, length_bytes, base) != (8, 8, 0) {
+    let flags = fields.u32()?;
+    let [base, free_space, end, driver] = [fields.u64()?, fields.u64()?, fields.u64()?, fields.u64()?];
+    if sizes != [8, 8] || base != 0 {
         return Err(ReadError::unexpected("its addresses do not take 8 bytes from the file's beginning"));
     }
-    if end > source.length() {
-        return Err(ReadError::damaged(format!("the file has {} bytes of {end}", source.length())));
+    if end != source.length() {
+        return Err(ReadError::damaged(format!("the file has {} bytes, its header says {end}", source.length())));
     }
-    // Addresses of the driver block and of the root's name.
-    fields.skip(16)?;
-    fields.u64()
+    let has_known_parts = versions == [0; 4] && unused == 0 && flags == 0 && [free_space, driver] == [UNDEFINED; 2];
+    let (_name, root, cached) = (fields.u64()?, fields.u64()?, fields.u32()?);
+    if !has_known_parts || cached > 1 {
+        return Err(ReadError::damaged("its superblock holds what no grid's does"));
+    }
+    Ok(root)
 }

@@ -5,7 +5,7 @@ use std::io::{self, Error};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use sdf_formats::{FolderWriter, atomic_write, grid_file, remove_temporaries, try_to_write};
+use sdf_formats::{FolderWriter, atomic_write, atomic_write_both, grid_file, remove_temporaries, try_to_write};
 use tempfile::TempDir;
 
 use crate::grid_samples::{DENSE, Made, about};
@@ -39,6 +39,24 @@ fn a_tried_write_leaves_nothing() {
     try_to_write(&old.path).unwrap();
     try_to_write(&old.folder.path().join("new.txt")).unwrap();
     assert!(try_to_write(&old.folder.path().join("missing/new.txt")).is_err());
+    assert!(old.is_unchanged());
+}
+
+#[test]
+fn two_files_are_written_both_or_neither() {
+    let old = OldFile::new();
+    let beside = old.folder.path().join("beside.txt");
+    atomic_write_both([(&old.path, b"new"), (&beside, b"about new")]).unwrap();
+    assert_eq!([&old.path, &beside].map(|path| fs::read(path).unwrap()), [b"new".to_vec(), b"about new".to_vec()]);
+    assert_eq!(old.file_count(), 2);
+    // Neither of two of which one cannot be written.
+    let (old, missing) = (OldFile::new(), Path::new("missing/file.txt"));
+    let lost = old.folder.path().join(missing);
+    assert_eq!(atomic_write_both([(&old.path, b"new"), (&lost, b"about new")]).unwrap_err().0, 1);
+    assert_eq!(atomic_write_both([(&lost, b"new"), (&old.path, b"about new")]).unwrap_err().0, 0);
+    assert!(old.is_unchanged());
+    // Nor the same one twice.
+    assert_eq!(atomic_write_both([(&old.path, b"new"), (&old.path, b"about new")]).unwrap_err().0, 1);
     assert!(old.is_unchanged());
 }
 

@@ -56,6 +56,11 @@ pub fn faults(findings: &Findings) -> Vec<String> {
             number(slope.bound)
         ));
     }
+    let beyond = findings.beyond_their_region;
+    if beyond > 0 {
+        let what = counted(beyond, "point");
+        faults.push(format!("{what} {} wrong by more than the file states of where the error is large", are(beyond)));
+    }
     let beyond = findings.beyond_block_bounds;
     if beyond > 0 {
         faults.push(format!(

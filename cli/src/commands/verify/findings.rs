@@ -4,7 +4,7 @@ use sdf_bake::MeshDistance;
 use sdf_bake::sparse::{code_step, node_rounding};
 use sdf_core::Aabb;
 use sdf_core::grid::Storage;
-use sdf_core::grid::owned::OwnedGrid;
+use sdf_core::grid::owned::{ErrorRegions, OwnedGrid};
 use sdf_core::grid::sparse::BRICK;
 use sdf_procedural::random::unit_at;
 use serde::Serialize;
@@ -28,6 +28,8 @@ pub struct StatedGrid<'a> {
     /// Half width of a sparse grid's band.
     pub band: Option<f64>,
     pub error_bound: f64,
+    /// Where the error may be more than elsewhere, for open meshes.
+    pub error_regions: Option<&'a ErrorRegions>,
     pub slope_bound: f64,
     /// See [`About::padding`](sdf_formats::grid_file::About::padding).
     pub padding: f64,
@@ -65,6 +67,9 @@ pub struct Findings {
     /// Number of points with an error above the bound of their own brick.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub beyond_their_brick: Option<usize>,
+    /// Number of points with an error above what the file states of the region that they are in, or of all outside of regions.
+    #[serde(skip)]
+    pub beyond_their_region: usize,
     /// Number of points where the stored bounds of blocks exclude the samples around or the slope.
     #[serde(skip)]
     pub beyond_block_bounds: usize,
@@ -112,6 +117,7 @@ impl Findings {
             node_tolerance: 0.0,
             bound: None,
             beyond_their_brick: None,
+            beyond_their_region: 0,
             beyond_block_bounds: 0,
             padding: None,
         }
@@ -124,7 +130,8 @@ impl Findings {
         truth: &MeshDistance,
         surface: &Surface,
     ) -> (Self, Vec<PointSample>) {
-        let StatedGrid { grid, band, error_bound: bound, slope_bound, padding, has_exact_nodes } = *stated;
+        let StatedGrid { grid, band, error_bound: bound, error_regions, slope_bound, padding, has_exact_nodes } =
+            *stated;
         let lattice = grid.lattice();
         let (bounds, spacing) = (lattice.bounds(), lattice.spacing());
         let box_point = |seed: u64| move |index: u64| point_in_box(seed, index, &bounds);
@@ -135,6 +142,7 @@ impl Findings {
             }
             samples
         };
+        let coarse_nodes = far_values.map_or(vec![], |_| sample_coarse_nodes(args, grid, truth));
         let (samples, far, missing, beyond) = match far_values {
             Some(values) => {
                 let band = values.band;
@@ -148,7 +156,9 @@ impl Findings {
                 let is_inside = |point: [f64; 3]| bounds.encloses(&Aabb { min: point, max: point });
                 let mut samples = with_signs_of_cells(sample(args, grid, truth, near));
                 samples.retain(|sample| sample.truth.abs() <= band && is_inside(sample.point));
-                let mut far = with_signs_of_cells(sample(args, grid, truth, box_point(args.seed)));
+                let mut far = sample(args, grid, truth, box_point(args.seed));
+                far.extend(coarse_nodes.iter().copied());
+                let mut far = with_signs_of_cells(far);
                 far.retain(|sample| sample.truth.abs() > band);
                 let own_brick = |point: [f64; 3]| grid.storage().brick_at(cell_at(lattice, point).map(|n| n / BRICK));
                 let is_beyond = |sample: &&PointSample| {
@@ -190,8 +200,7 @@ impl Findings {
         let steepest = samples.iter().map(|sample| sample.slope).fold(0.0, f64::max);
         let findings = Self {
             nodes: Some(Errors::new(&nodes, sign_tolerance, Some(spacing))),
-            far_nodes: far_values
-                .map(|values| FarNodes::new(&far_nodes, &sample_coarse_nodes(args, grid, truth), &values)),
+            far_nodes: far_values.map(|values| FarNodes::new(&far_nodes, &coarse_nodes, &values)),
             points: Errors::new(&samples, point_sign_tolerance, Some(spacing)),
             far,
             surface_points: missing.map(|_| args.points as usize),
@@ -200,11 +209,22 @@ impl Findings {
             node_tolerance,
             bound: Some(bound),
             beyond_their_brick: beyond,
+            beyond_their_region: error_regions
+                .map_or(0, |regions| samples.iter().filter(|sample| is_beyond_region(regions, sample)).count()),
             beyond_block_bounds: samples.iter().filter(|sample| is_beyond_bounds(grid, sample)).count(),
             padding: Some([padding, grid.lowest_boundary_sample().max(room_around(&truth.bounds(), &bounds))]),
         };
         (findings, samples)
     }
+}
+
+/// Is a point's error more than the bound of the regions that it is in, or outside of all of them? Nothing is known where a file lists only the
+/// largest of its regions.
+fn is_beyond_region(stated: &ErrorRegions, sample: &PointSample) -> bool {
+    let at = Aabb { min: sample.point, max: sample.point };
+    let regions = stated.regions.iter().filter(|region| region.bounds.encloses(&at));
+    let bound = regions.map(|region| region.error_bound).fold(stated.error_bound, f64::max);
+    stated.regions.len() == stated.region_count && sample.error() > bound
 }
 
 /// Do the bounds that the blocks around a point's cell state exclude a sample at a corner of the cell, or the slope at the point?

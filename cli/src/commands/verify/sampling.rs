@@ -14,6 +14,7 @@ use sdf_procedural::random::unit_at;
 use crate::args::VerifyArgs;
 
 /// The field's value and the exact signed distance at a point.
+#[derive(Clone, Copy)]
 pub struct PointSample {
     pub point: [f64; 3],
     pub value: f64,
@@ -174,6 +175,11 @@ impl<'a> Surface<'a> {
         let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
         (a + (b - a) * u + (c - a) * v).into()
     }
+}
+
+/// Random points of a surface.
+pub fn points_of(args: &VerifyArgs, surface: &Surface) -> Vec<[f64; 3]> {
+    (0..u64::from(args.points)).map(|index| surface.point(args.seed, 8 * index)).collect()
 }
 
 /// Uses the random numbers from 3 · `index` on.

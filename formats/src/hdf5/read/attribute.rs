@@ -163,7 +163,9 @@ fn heap_text(source: &ByteSource, mut reference: Fields) -> Result<Value, ReadEr
     let head = source.read(address, 16)?;
     let mut fields = Fields(&head);
     fields.expect(b"GCOL")?;
-    fields.skip(4)?;
+    if fields.u32()? != 1 {
+        return Err(ReadError::damaged("a heap of texts has another version than 1"));
+    }
     let size = fields.u64()?;
     if !(16..=MAX_HEAP_BYTES).contains(&size) {
         return Err(ReadError::damaged(format!("a heap of texts has {size} bytes")));

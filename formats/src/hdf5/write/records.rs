@@ -6,10 +6,7 @@ use std::io;
 use super::DatasetStorage;
 use crate::hdf5::deflate;
 use crate::hdf5::element::Element;
-use crate::hdf5::{Compression, SIGNATURE};
-
-/// An address that is none.
-const UNDEFINED: u64 = u64::MAX;
+use crate::hdf5::{Compression, SIGNATURE, UNDEFINED};
 
 /// Section II.A, with the root's entry.
 pub(super) const SUPERBLOCK_BYTES: usize = 96;

@@ -24,7 +24,7 @@ fn there() -> Option<Rigid> {
     Rigid::new(FAR, [0.0, 0.0, 0.0, 1.0])
 }
 
-/// What does not depend on the place, and what rounding in f64 far away may change: points, and bounds that are lowered for it.
+/// Compares what does not depend on the place bit for bit; rounding in f64 far away may change points, and bounds are lowered for it.
 fn check_same(near: &[Contact<f64>], far: &[Contact<f64>], kind: &str) {
     assert!(near.len() > 20, "{kind}");
     assert_eq!(near.len(), far.len(), "{kind}");
