@@ -35,7 +35,7 @@ impl SdfDispatcher {
         g1: &dyn Shape,
         g2: &dyn Shape,
     ) -> Result<(Pair, Option<Touch>, bool), Unsupported> {
-        let pair = Pair::new(g1, g2).ok_or(Unsupported)?;
+        let pair = Pair::nearest_parts(g1, g2, pos12).ok_or(Unsupported)?;
         let pose = pair.pose(pos12);
         let (touch, intersects) = pair.nearest_or_way_out([g1, g2], &pose, self.search);
         let touch = if intersects { touch } else { touch.map(|touch| pair.apart([g1, g2], &pose, touch)) };

@@ -24,6 +24,9 @@ use crate::vertices;
 const WAYS_TO_AND_FRO: u32 = 32;
 const SHORTENED: f64 = 1e-6;
 
+/// Triangles are looked at up to this times the value that is known: f32 rounds it.
+const FARTHER: f64 = 1.0001;
+
 pub(crate) struct Pair {
     pub field: Arc<AnyField>,
     /// The box around the field's inside.
@@ -60,6 +63,31 @@ impl Pair {
             None => surface_of(shape)?,
         };
         Some(Self { field, bounds, surface, flipped })
+    }
+
+    /// The same with those triangles alone that can be nearest to the field at this pose of the second shape. No triangle is, unless φ is somewhere
+    /// on it at most that at the point of the other shape that is nearest to a point of the field's body.
+    pub fn nearest_parts(g1: &dyn Shape, g2: &dyn Shape, pos12: &Pose) -> Option<Self> {
+        let (field, _, other, flipped) = Self::roles(g1, g2)?;
+        let body = if flipped { g2 } else { g1 };
+        let pose = if flipped { pos12.inverse() } else { *pos12 };
+        let is_large = matches!(
+            other.as_typed_shape(),
+            TypedShape::TriMesh(_) | TypedShape::HeightField(_) | TypedShape::Compound(_)
+        );
+        let part = body.as_shape::<SdfShape>().filter(|_| is_large).and_then(|body| body.parts().first());
+        let inner = part.map(|part| pose.inverse_transform_point(to_parry(part.inner_point)));
+        let on_other = inner.map(|inner| pose.transform_point(other.project_local_point(inner, false).point));
+        let level = on_other.map(|point| field.value(to_core(point))).filter(|level| level.is_finite());
+        let Some(level) = level else { return Self::new(g1, g2) };
+        let [still, moved] = [Pose::IDENTITY, *pos12].map(NonlinearRigidMotion::constant_position);
+        let target_distance = (level.max(0.0) * FARTHER) as f32;
+        let options = ShapeCastOptions { target_distance, ..ShapeCastOptions::with_max_time_of_impact(0.0) };
+        let pair = Self::near([g1, g2], [&still, &moved], 0.0, &options)?;
+        // The way out of a shape is to any of its triangles.
+        let is_whole =
+            pair.surface.parts.iter().all(|part| part.faces.is_empty()) || pair.swallowed([g1, g2], &pose).is_some();
+        if is_whole { Self::new(g1, g2) } else { Some(pair) }
     }
 
     /// The same with a surface that is known from the last step.

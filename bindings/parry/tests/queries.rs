@@ -9,7 +9,8 @@ use parry3d::query::{
     ClosestPoints, ContactManifold, DefaultQueryDispatcher, NonlinearRigidMotion, PersistentQueryDispatcher,
     PointQuery, QueryDispatcher, ShapeCastStatus,
 };
-use parry3d::shape::{Ball, Cuboid, Shape, SharedShape, TriMesh, TriMeshFlags};
+use parry3d::shape::{Ball, Cuboid, HeightField, Shape, SharedShape, TriMesh, TriMeshFlags};
+use parry3d::utils::Array2;
 use scene::{Mesh, bake, lumpy_ball};
 use sdf_bake::{MeshDistance, TriangleMesh, lattice_around, sparse};
 use sdf_core::placed::Similarity;
@@ -223,6 +224,38 @@ fn a_field_inside_of_any_solid_has_a_way_out() {
             let hit = dispatcher.cast_shapes(&pose, Vector::X, a, b, options).unwrap().expect(&context);
             assert_eq!(hit.status, ShapeCastStatus::PenetratingOrWithinTargetDist, "{context}");
         }
+    }
+}
+
+/// Only triangles that can be nearest are looked at: the same distance as to all of them.
+#[test]
+fn distances_to_many_triangles_are_exact() {
+    const SIDE: usize = 200;
+    let height = |i: usize, j: usize| 0.3 * (0.5 * i as f32).sin() * (0.3 * j as f32).cos();
+    let heights = (0..SIDE * SIDE).map(|index| height(index % SIDE, index / SIDE)).collect();
+    let ground = HeightField::new(Array2::new(SIDE, SIDE, heights), Vector::new(40.0, 1.0, 40.0));
+    let (points, faces) = ground.to_trimesh();
+    let mesh = TriMesh::new(points, faces).unwrap();
+    let ball = shape(shapes::Sphere::new(0.2).unwrap());
+    let bar = shape(shapes::Capsule::new([-3.0, 0.0, 0.0], [3.0, 0.0, 0.0], 0.2).unwrap());
+    let mut random = Random::new(test_seed(41));
+    for _ in 0..60 {
+        let [x, y, z] = random.point_in_cube(1.0).map(|x| x as f32);
+        // Over the ground, and beside it.
+        let at = Vector::new(30.0 * x, 2.0 + 1.5 * y, 30.0 * z);
+        let pose = Pose::from_translation(at);
+        let exact = mesh.distance_to_local_point(at, false) - 0.2;
+        for ground in [&ground as &dyn Shape, &mesh] {
+            let found = dispatcher().distance(&pose, ground, &ball).unwrap().distance;
+            assert!((found - exact).abs() < 1e-4, "{found} for {exact} at {at}");
+            let contact = dispatcher().contact(&pose.inverse(), &ball, ground, 50.0).unwrap().unwrap();
+            assert!((contact.dist - exact).abs() < 1e-4, "{} for {exact} at {at}", contact.dist);
+        }
+        // Of a long one, whose middle is not what is nearest: by points all along its axis.
+        let axis = (0..=600).map(|step| at + Vector::new(0.01 * step as f32 - 3.0, 0.0, 0.0));
+        let exact = axis.map(|point| mesh.distance_to_local_point(point, false)).fold(f32::INFINITY, f32::min) - 0.2;
+        let found = dispatcher().distance(&pose, &mesh, &bar).unwrap().distance;
+        assert!(found < exact.max(0.0) + 1e-4 && found > exact - 0.01, "{found} for {exact} at {at}");
     }
 }
 

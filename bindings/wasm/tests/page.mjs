@@ -10,12 +10,12 @@ const [url, body, mesh, program, picture] = process.argv.slice(2);
 const work = mkdtempSync(join(tmpdir(), "sdftool-page-"));
 const browser = spawn("chromium", ["--headless", "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking",
   "--disable-component-update", "--disable-sync", `--user-data-dir=${join(work, "profile")}`, "--use-angle=swiftshader",
-  "--enable-unsafe-swiftshader", "--window-size=1000,700", "--remote-debugging-pipe", "about:blank"], { stdio: ["ignore", "ignore", "ignore", "pipe", "pipe"] });
+  "--enable-unsafe-swiftshader", "--window-size=1000,700", "--remote-debugging-pipe", "about:blank"], { stdio: ["ignore", "ignore", "ignore", "pipe", "pipe"], detached: true });
 const limit = setTimeout(() => fail("not done after 180 s"), 180e3);
-const fail = text => { browser.kill(); console.error(`page: ${text}`); process.exit(1); };
+const fail = text => { console.error(`page: ${text}`); process.exit(1); };
 process.on("exit", () => {
-  browser.kill("SIGKILL");
-  // Its children may write into their profile a little longer: what they leave is in the folder for temporary files.
+  // With its children, which would write into their profile a little longer.
+  try { process.kill(-browser.pid, "SIGKILL"); } catch { /* It is gone. */ }
   try { rmSync(work, { recursive: true, force: true, maxRetries: 5 }); } catch (error) { console.log(`page: ${error.code} in ${work}`); }
 });
 

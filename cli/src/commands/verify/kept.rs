@@ -22,7 +22,8 @@ pub fn fault(
 ) -> Option<String> {
     let StoredMesh { vertices, triangles, is_sign_continuous } = kept;
     if is_same_file {
-        if (vertices, triangles) != (&mesh.packed().0, &mesh.packed().1) {
+        let (baked_vertices, baked_triangles) = mesh.packed();
+        if (vertices, triangles) != (&baked_vertices, &baked_triangles) {
             return Some("the kept mesh is not the one that was baked".to_owned());
         }
         let words = &about.options;
