@@ -84,6 +84,11 @@ impl Aabb {
         core::array::from_fn(|k| self.max[k] - self.min[k])
     }
 
+    /// The middle.
+    pub fn center(&self) -> [f64; 3] {
+        [0, 1, 2].map(|axis| 0.5 * self.min[axis] + 0.5 * self.max[axis])
+    }
+
     /// Length of the longest side.
     pub fn longest_side(&self) -> f64 {
         self.extents().into_iter().fold(0.0, f64::max)

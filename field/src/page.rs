@@ -308,7 +308,7 @@ struct Frame {
 
 impl Frame {
     fn new(window: &Aabb) -> Self {
-        let center = std::array::from_fn(|axis| 0.5 * window.min[axis] + 0.5 * window.max[axis]);
+        let center = window.center();
         // A point has no diagonal.
         let unit = Some(window.diagonal()).filter(|diagonal| *diagonal > 0.0 && diagonal.is_finite()).unwrap_or(1.0);
         Self { center, unit }

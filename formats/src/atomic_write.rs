@@ -34,51 +34,56 @@ type ActiveFolders = BTreeMap<(PathBuf, u64), PathBuf>;
 /// its own: the file is that of the last one to end, whole. What killed processes left of writes of this target is
 /// removed.
 pub fn atomic_write<T, E: From<io::Error>>(target: &Path, write: impl FnOnce(&Path) -> Result<T, E>) -> Result<T, E> {
+    let (temporary, target, written) = prepare(target, write)?;
+    temporary.rename(&target)?;
+    end(temporary, &target)?;
+    Ok(written)
+}
+
+/// Writes and flushes the temporary file of a target, and follows the target's links.
+fn prepare<T, E: From<io::Error>>(
+    target: &Path,
+    write: impl FnOnce(&Path) -> Result<T, E>,
+) -> Result<(Temporary, PathBuf, T), E> {
     let target = replaceable(target)?;
-    let folder = folder_of(&target);
-    let id = id(&target);
+    let (folder, id) = (folder_of(&target), id(&target));
     remove_leftovers(folder, id);
     let temporary = Temporary::create(folder, id)?;
     let written = write(&temporary.path)?;
     // Windows flushes only files that are open for writing.
     OpenOptions::new().write(true).open(&temporary.path)?.sync_all()?;
-    temporary.rename(&target)?;
+    Ok((temporary, target, written))
+}
+
+/// Removes the temporary folder, and flushes the target's new name.
+fn end(temporary: Temporary, target: &Path) -> io::Result<()> {
     // Before the flush, which takes long: a process killed in it leaves no folder.
     drop(temporary);
     // Without this, a power failure may lose the new name.
     #[cfg(unix)]
-    File::open(folder)?.sync_all()?;
-    Ok(written)
+    File::open(folder_of(target))?.sync_all()?;
+    #[cfg(not(unix))]
+    let _ = target;
+    Ok(())
 }
 
 /// Writes two files that belong together: both, or neither if a disk is full, one of them cannot be written, or Ctrl-C ends the process. Only
 /// a process that is killed between the two renames, which follow each other at once, leaves one of them. The error comes with the
 /// index of its file.
 pub fn atomic_write_both(files: [(&Path, &[u8]); 2]) -> Result<(), (usize, io::Error)> {
-    let prepare = |(target, bytes): (&Path, &[u8])| -> io::Result<(Temporary, PathBuf)> {
-        let target = replaceable(target)?;
-        let (folder, id) = (folder_of(&target), id(&target));
-        remove_leftovers(folder, id);
-        let temporary = Temporary::create(folder, id)?;
-        fs::write(&temporary.path, bytes)?;
-        OpenOptions::new().write(true).open(&temporary.path)?.sync_all()?;
-        Ok((temporary, target))
-    };
-    let prepared = files.into_iter().enumerate().map(|(index, file)| prepare(file).map_err(|error| (index, error)));
-    let prepared = prepared.collect::<Result<Vec<_>, _>>()?;
+    let write = |bytes| move |temporary: &Path| fs::write(temporary, bytes);
+    let prepared = files.into_iter().map(|(target, bytes)| prepare(target, write(bytes)));
+    let numbered = prepared.enumerate().map(|(index, prepared)| prepared.map_err(|error: io::Error| (index, error)));
+    let prepared = numbered.collect::<Result<Vec<_>, _>>()?;
     {
         // A handler of Ctrl-C waits until both have their names, or has removed both.
         let _active_folders = active_folders();
-        for (index, (temporary, target)) in prepared.iter().enumerate() {
+        for (index, (temporary, target, ())) in prepared.iter().enumerate() {
             temporary.rename(target).map_err(|error| (index, error))?;
         }
     }
-    for (index, (temporary, target)) in prepared.into_iter().enumerate() {
-        drop(temporary);
-        #[cfg(unix)]
-        File::open(folder_of(&target)).and_then(|folder| folder.sync_all()).map_err(|error| (index, error))?;
-        #[cfg(not(unix))]
-        let _ = (index, target);
+    for (index, (temporary, target, ())) in prepared.into_iter().enumerate() {
+        end(temporary, &target).map_err(|error| (index, error))?;
     }
     Ok(())
 }

@@ -21,7 +21,7 @@ pub(crate) struct BodyPart {
 }
 
 impl BodyPart {
-    /// Those parts of a field in which a point is found. `bounds` is the box around its inside.
+    /// The parts of a field in which a point is found. `bounds` is the box around its inside.
     pub fn all(field: &Arc<AnyField>, bounds: &Aabb) -> Vec<Self> {
         let AnyField::Union(union) = &**field else {
             return inner_point(field, bounds)
@@ -35,7 +35,7 @@ impl BodyPart {
 
 /// The middle of the box, or the point of the surface that is nearest to it.
 fn inner_point(field: &AnyField, bounds: &Aabb) -> Option<Vector3<f64>> {
-    let middle = (Vector3::from(bounds.min) + Vector3::from(bounds.max)) / 2.0;
+    let middle = Vector3::from(bounds.center());
     let tolerance = at_surface(bounds);
     let is_inner = |point: &Vector3<f64>| field.value(*point) <= tolerance;
     let nearest = || NearestPoint { field, start: middle, tolerance }.find();

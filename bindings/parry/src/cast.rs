@@ -51,8 +51,7 @@ pub(crate) struct Cast<'a> {
     size: f64,
 }
 
-/// Steps of a cast. One that has not arrived by then is reported where it is, which is early: one that passes over a rough field by a
-/// 500th of the way.
+/// Steps of a cast. One that has not arrived by then is reported where it is, which is early: a shape that slides over some 96 of its sizes.
 const MAX_STEPS: u32 = 1024;
 
 /// The shapes have arrived within this fraction of the smaller one's size, and this many units in the last place of their distance.
@@ -68,16 +67,16 @@ const STEP_BESIDE: f64 = 0.1;
 /// Speed of approach, as a fraction of all speeds, that is more than the rounding of normals and poses.
 const APPROACHING: f64 = 1e-5;
 
-/// Steps by which the time is told at which a touch began in such a step.
+/// Bisections that find where in such a step a touch began.
 const HALVINGS: u32 = 24;
 
 /// The shapes at a time.
 #[derive(Clone, Copy)]
 struct At {
     time: f64,
-    /// Of the surface in the field's frame.
+    /// Pose of the surface in the field's frame.
     pose: Pose,
-    /// The lowest.
+    /// The lowest touch.
     touch: Touch,
 }
 
@@ -103,17 +102,16 @@ impl<'a> Cast<'a> {
         let slope_bound = self.pair.field.slope_bound();
         let radius = self.radius();
         // A field can be wholly inside of the other shape only at the start: on the way there it touches.
-        let (pose, touch, is_swallowed) = self.nearest(self.start, true)?;
-        let within = self.within(&pose);
-        let is_in_touch = touch.value - target <= within;
+        let (mut at, is_swallowed) = self.at_start()?;
+        let within = self.within(&at.pose);
+        let is_in_touch = at.touch.value - target <= within;
         let goes_on = is_in_touch && !self.options.stop_at_penetration;
         if is_in_touch && (is_swallowed || !goes_on) {
-            let stays = !goes_on || self.approach(self.start, &touch).is_some();
-            return stays.then(|| self.hit(self.start, &pose, &touch, ShapeCastStatus::PenetratingOrWithinTargetDist));
+            let is_hit = !goes_on || self.approach(self.start, &at.touch).is_some();
+            return is_hit.then(|| self.hit(&at, ShapeCastStatus::PenetratingOrWithinTargetDist));
         }
-        let mut at = At { time: self.start, pose, touch };
         // Not nearer than this they have been without a touch: it is of what they part from or slide along.
-        let mut known = if goes_on { touch.value } else { target + 2.0 * within };
+        let mut known = if goes_on { at.touch.value } else { target + 2.0 * within };
         for step in 1..MAX_STEPS {
             let (left, within) = (at.touch.value - target, self.within(&at.pose));
             known = known.max(at.touch.value.min(target + 2.0 * within));
@@ -140,11 +138,11 @@ impl<'a> Cast<'a> {
             let next = self.at(time)?;
             if next.touch.value <= known - within {
                 let hit = if is_relaxed { self.first_between(&at, next, known) } else { next };
-                return Some(self.hit(hit.time, &hit.pose, &hit.touch, ShapeCastStatus::Converged));
+                return Some(self.hit(&hit, ShapeCastStatus::Converged));
             }
             at = next;
         }
-        Some(self.hit(at.time, &at.pose, &at.touch, ShapeCastStatus::OutOfIterations))
+        Some(self.hit(&at, ShapeCastStatus::OutOfIterations))
     }
 
     /// How near to the target distance shapes have arrived.
@@ -183,20 +181,21 @@ impl<'a> Cast<'a> {
     }
 
     fn at(&self, time: f64) -> Option<At> {
-        self.nearest(time, false).map(|(pose, touch, _)| At { time, pose, touch })
+        let pose = self.pose(time);
+        let touch = self.pair.nearest(&pose, self.search)?;
+        Some(At { time, pose, touch: self.measured(&pose, touch) })
     }
 
-    /// The surface's pose in the field's frame, its lowest point there, and whether it is around a part of the field.
-    fn nearest(&self, time: f64, may_be_swallowed: bool) -> Option<(Pose, Touch, bool)> {
-        let pose = self.pose(time);
-        let part = if may_be_swallowed { self.pair.swallowed(self.shapes, &pose) } else { None };
-        if part.is_some() {
-            let whole = Pair::new(self.shapes[0], self.shapes[1])?;
-            let (touch, intersects) = whole.nearest_or_way_out(self.shapes, &pose, self.search);
-            return touch.map(|touch| (pose, touch, intersects && !touch.is_of_triangles()));
+    /// The shapes at the start, and whether one is wholly around a part of the field: then the touch is the way out.
+    fn at_start(&self) -> Option<(At, bool)> {
+        let (time, pose) = (self.start, self.pose(self.start));
+        if self.pair.swallowed(self.shapes, &pose).is_none() {
+            return self.at(time).map(|at| (at, false));
         }
-        let touch = self.pair.nearest(&pose, self.search)?;
-        Some((pose, self.measured(&pose, touch), false))
+        // The way out is to any triangle, in reach or not.
+        let whole = Pair::new(self.shapes[0], self.shapes[1])?;
+        let (touch, intersects) = whole.nearest_or_way_out(self.shapes, &pose, self.search);
+        touch.map(|touch| (At { time, pose, touch }, intersects && !touch.is_of_triangles()))
     }
 
     /// The touch; by the nearest points of both shapes where φ is less than a distance, as a border around triangles is not wider for that.
@@ -274,10 +273,10 @@ impl<'a> Cast<'a> {
         Some((of_field - of_moving).dot(&normal)).filter(|approach| *approach > APPROACHING * speed)
     }
 
-    fn hit(&self, time: f64, pose: &Pose, touch: &Touch, status: ShapeCastStatus) -> ShapeCastHit {
+    fn hit(&self, At { time, pose, touch }: &At, status: ShapeCastStatus) -> ShapeCastHit {
         let normal = to_parry(touch.normal);
         let hit = ShapeCastHit {
-            time_of_impact: time as f32,
+            time_of_impact: *time as f32,
             witness1: to_parry(touch.field_point),
             witness2: pose.inverse_transform_point(to_parry(touch.point)),
             normal1: normal,

@@ -50,9 +50,7 @@ impl QueryDispatcher for SdfDispatcher {
         g1: &dyn Shape,
         g2: &dyn Shape,
     ) -> Result<ShapeIntersection, Unsupported> {
-        let [still, moved] = [Pose::IDENTITY, *pos12].map(NonlinearRigidMotion::constant_position);
-        let now = ShapeCastOptions::with_max_time_of_impact(0.0);
-        let pair = Pair::near([g1, g2], [&still, &moved], 0.0, &now).ok_or(Unsupported)?;
+        let pair = Pair::near_at(g1, g2, pos12, 0.0).ok_or(Unsupported)?;
         let pose = pair.pose(pos12);
         let touches = !pair.touches(&pose, 0.0, self.search).is_empty() || pair.swallowed([g1, g2], &pose).is_some();
         Ok(touches.into())

@@ -65,6 +65,13 @@ impl Pair {
         Some(Self { field, bounds, surface, flipped })
     }
 
+    /// The same of shapes that do not move.
+    pub fn near_at(g1: &dyn Shape, g2: &dyn Shape, pos12: &Pose, target_distance: f32) -> Option<Self> {
+        let [still, moved] = [Pose::IDENTITY, *pos12].map(NonlinearRigidMotion::constant_position);
+        let now = ShapeCastOptions { target_distance, ..ShapeCastOptions::with_max_time_of_impact(0.0) };
+        Self::near([g1, g2], [&still, &moved], 0.0, &now)
+    }
+
     /// The same with those triangles alone that can be nearest to the field at this pose of the second shape. No triangle is, unless φ is somewhere
     /// on it at most that at the point of the other shape that is nearest to a point of the field's body.
     pub fn nearest_parts(g1: &dyn Shape, g2: &dyn Shape, pos12: &Pose) -> Option<Self> {
@@ -80,10 +87,7 @@ impl Pair {
         let on_other = inner.map(|inner| pose.transform_point(other.project_local_point(inner, false).point));
         let level = on_other.map(|point| field.value(to_core(point))).filter(|level| level.is_finite());
         let Some(level) = level else { return Self::new(g1, g2) };
-        let [still, moved] = [Pose::IDENTITY, *pos12].map(NonlinearRigidMotion::constant_position);
-        let target_distance = (level.max(0.0) * FARTHER) as f32;
-        let options = ShapeCastOptions { target_distance, ..ShapeCastOptions::with_max_time_of_impact(0.0) };
-        let pair = Self::near([g1, g2], [&still, &moved], 0.0, &options)?;
+        let pair = Self::near_at(g1, g2, pos12, (level.max(0.0) * FARTHER) as f32)?;
         // The way out of a shape is to any of its triangles.
         let is_whole =
             pair.surface.parts.iter().all(|part| part.faces.is_empty()) || pair.swallowed([g1, g2], &pose).is_some();
@@ -130,7 +134,7 @@ impl Pair {
         to_rigid(pose).map_or(vec![], |pose| touches((&self.field, &self.bounds), &self.surface, &pose, margin, search))
     }
 
-    /// The touch with the lowest φ. Its value is at most that at any vertex that is asked.
+    /// The touch with the lowest φ. Its value is at most that at the vertices that are evaluated.
     pub fn nearest(&self, pose: &Pose, search: Search) -> Option<Touch> {
         let rigid = to_rigid(pose)?;
         let value = |point: Vector3<f64>| self.field.value(rigid.push(point));
@@ -158,7 +162,7 @@ impl Pair {
     pub fn touches_or_way_out(&self, shapes: [&dyn Shape; 2], pose: &Pose, margin: f64, search: Search) -> Vec<Touch> {
         let mut touches = self.touches(pose, margin, search);
         let is_crossed = touches.iter().any(Touch::is_of_triangles);
-        if let Some(part) = self.swallowed(shapes, pose).filter(|_| !is_crossed) {
+        if let Some(part) = (!is_crossed).then(|| self.swallowed(shapes, pose)).flatten() {
             return part.nearest(pose, search).map(|touch| part.way_out(touch)).into_iter().collect();
         }
         let (field, other) = self.field_and_other(shapes);
@@ -175,7 +179,7 @@ impl Pair {
     pub fn nearest_or_way_out(&self, shapes: [&dyn Shape; 2], pose: &Pose, search: Search) -> (Option<Touch>, bool) {
         let touch = self.nearest(pose, search);
         let is_crossed = touch.is_some_and(|touch| touch.is_of_triangles());
-        match self.swallowed(shapes, pose).filter(|_| !is_crossed) {
+        match (!is_crossed).then(|| self.swallowed(shapes, pose)).flatten() {
             Some(part) => (part.nearest(pose, search).map(|touch| part.way_out(touch)), true),
             None => (touch, touch.is_some_and(|touch| touch.gap <= 0.0)),
         }

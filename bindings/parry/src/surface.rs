@@ -79,6 +79,12 @@ impl Part {
         Self { points, faces, rounding: Rounding::Sharp, order: vec![], boxes: vec![] }
     }
 
+    /// Triangles that share no vertices, by three corners each.
+    pub fn from_corners(corners: Vec<[f64; 3]>) -> Self {
+        let faces = (0..corners.len() as u32 / 3).map(|face| [3 * face, 3 * face + 1, 3 * face + 2]).collect();
+        Self::new(corners, faces)
+    }
+
     pub fn with_rounding(self, rounding: Rounding) -> Self {
         Self { rounding, ..self }
     }
@@ -118,24 +124,21 @@ impl Part {
         let Some(clusters) = self.clusters() else {
             return self.points.iter().copied().map(Vector3::from).collect();
         };
-        let middle = |bounds: &Aabb| (Vector3::from(bounds.min) + Vector3::from(bounds.max)) / 2.0;
-        let values = clusters.boxes().iter().map(|bounds| value(middle(bounds)));
+        let values = clusters.boxes().iter().map(|bounds| value(bounds.center().into()));
         let lowest = values.enumerate().min_by(|(_, a), (_, b)| a.total_cmp(b)).map_or(0, |(index, _)| index);
         let faces = clusters.order().chunks(CLUSTER_SIZE).nth(lowest).unwrap_or_default();
         let vertices = faces.iter().flat_map(|face| self.faces[*face as usize]);
         vertices.map(|vertex| Vector3::from(self.points[vertex as usize])).collect()
     }
 
-    /// Those faces whose clusters meet a box; all if there are no clusters.
+    /// The faces whose clusters meet a box; all of them without clusters.
     pub fn near(&self, region: &Aabb) -> Self {
         let Some(clusters) = self.clusters() else { return self.clone() };
         let meets = |bounds: &Aabb| bounds.intersection(region).is_some();
         let groups = clusters.boxes().iter().zip(clusters.order().chunks(CLUSTER_SIZE));
         let faces = groups.filter(|(bounds, _)| meets(bounds)).flat_map(|(_, faces)| faces);
         let corners = faces.flat_map(|face| self.faces[*face as usize]);
-        let points: Vec<_> = corners.map(|vertex| self.points[vertex as usize]).collect();
-        let faces = (0..points.len() as u32 / 3).map(|face| [3 * face, 3 * face + 1, 3 * face + 2]).collect();
-        Self { rounding: self.rounding, ..Self::new(points, faces) }
+        Self::from_corners(corners.map(|vertex| self.points[vertex as usize]).collect()).with_rounding(self.rounding)
     }
 
     /// `None` if they were not made.

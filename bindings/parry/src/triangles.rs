@@ -48,7 +48,7 @@ pub(crate) fn surface_of(shape: &dyn Shape) -> Option<Arc<Surface>> {
 /// Faces from which on a cast sorts them into clusters.
 const MANY_FACES: usize = 64;
 
-/// Of large surfaces those triangles alone that may meet a box. `None` as by [`surface_of`].
+/// The triangles of a large surface that may meet a box, and all of a small one. `None` as by [`surface_of`].
 pub(crate) fn surface_near(shape: &dyn Shape, region: &Aabb) -> Option<Arc<Surface>> {
     let surface = parts_near(shape, region)?;
     let is_large = surface.parts.iter().any(|part| part.faces.len() >= MANY_FACES);
@@ -57,9 +57,8 @@ pub(crate) fn surface_near(shape: &dyn Shape, region: &Aabb) -> Option<Arc<Surfa
 
 fn parts_near(shape: &dyn Shape, region: &Aabb) -> Option<Surface> {
     let of_one = |triangles: Vec<Triangle>| {
-        let points = triangles.iter().flat_map(|triangle| *triangle.vertices()).collect();
-        let faces = (0..triangles.len() as u32).map(|face| [3 * face, 3 * face + 1, 3 * face + 2]).collect();
-        let part = of_triangles((points, faces));
+        let corners = triangles.iter().flat_map(|triangle| triangle.vertices().map(|corner| to_core(corner).into()));
+        let part = Part::from_corners(corners.collect());
         part.points.as_flattened().iter().all(|x| x.is_finite()).then(|| Surface { parts: vec![part] })
     };
     match shape.as_typed_shape() {

@@ -178,7 +178,7 @@ fn a_small_body_beside_a_large_floor_is_not_at_it() {
     }
 }
 
-/// Of many triangles those alone are searched that are in reach: the same as by parry, which knows balls exactly.
+/// Only the triangles in reach are searched: the answers are those of parry, which knows balls exactly.
 #[test]
 fn casts_over_many_triangles_are_those_of_parry() {
     const SIDE: usize = 300;

@@ -57,7 +57,7 @@ fn grounds() -> [(&'static str, SharedShape, Vector); 4] {
     ]
 }
 
-/// What hangs over an edge is beside the ground, not under it.
+/// A vertex that hangs over an edge is beside the ground, not under it.
 #[test]
 fn a_vertex_over_an_edge_has_not_gone_through() {
     let half_extents = Vector::new(0.6, 0.08, 0.5);

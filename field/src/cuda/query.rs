@@ -75,7 +75,7 @@ impl CudaQuery {
     ) -> Result<Self, CudaError> {
         let card_options = card_options(&elements, options)?;
         let origins = Origins::new(field.as_any(), options.pose.as_ref(), matches!(points, CudaPoints::Slice(_)));
-        let on_card = GpuField::with_origin(&cuda.gpu, field.as_any(), origins.of_field)?;
+        let on_card = GpuField::with_origin(&cuda.gpu, field.as_any(), origins.field_origin)?;
         let card_elements = match &elements {
             Owned::Faces(faces) => CardElements::Faces(faces),
             Owned::Lent(faces) => CardElements::LentFaces(*faces),
@@ -138,12 +138,11 @@ impl CudaQuery {
             }
             found => found?,
         };
+        let poses = [self.options.pose, self.origins.pose(self.options.pose)];
+        let in_world =
+            |contact| self.lowered(self.origins.in_world(widened(contact)), poses.each_ref().map(Option::as_ref));
         let mut all = Contacts {
-            contacts: found
-                .contacts
-                .iter()
-                .map(|contact| self.lowered(self.origins.in_world(widened(contact))))
-                .collect(),
+            contacts: found.contacts.iter().map(in_world).collect(),
             element_count: self.query.element_count(),
             searched_count: found.searched_count as usize,
             possible_count: 0,
@@ -170,7 +169,7 @@ impl CudaQuery {
         if self.options.one_per_feature {
             return Err(CudaError::OnlyOnCpu("one contact for each feature"));
         }
-        if self.origins.of_points != [0.0; 3] {
+        if self.origins.world_origin != [0.0; 3] {
             return Err(CudaError::FarFromOrigin);
         }
         self.query.contacts_on_card()?.ok_or(CudaError::LeftToCpu)
@@ -180,11 +179,11 @@ impl CudaQuery {
     /// and φ of two points differs by at most slope bound · distance. Points that the card alone has are exact, but for the rounding
     /// into the frame of a field that has a pose, which is small beside what each bound allows for: 0.87 ε of the largest coordinate of
     /// 32 ε.
-    fn lowered(&self, contact: Contact<f64>) -> Contact<f64> {
+    fn lowered(&self, contact: Contact<f64>, poses: [Option<&Rigid>; 2]) -> Contact<f64> {
         let Some(points) = &self.points else { return contact };
         let corners = contact.vertices.iter().filter_map(|vertex| points.get(*vertex as usize));
-        let moved = corners.map(|corner| self.origins.rounding_of(corner, self.options.pose)).fold(0.0, f64::max)
-            * self.field.slope_bound();
+        let moved = corners.map(|corner| self.origins.rounding_of(corner, poses)).fold(0.0, f64::max);
+        let moved = moved * self.field.slope_bound();
         // Of a sum in f64, and of the numbers in it.
         let below = |bound: f64| (bound - moved) - (bound.abs() + moved) * (4.0 * f64::EPSILON);
         match moved > 0.0 {
