@@ -63,6 +63,32 @@ pub trait MovingSdf {
         product(self.slope_bound_in(&region, from, until), speed) + self.fall_bound(&region, from, until)
     }
 
+    /// The time, between two, until which φ > `level` at all points of an element that moves linearly, as the tangent plane at the middle
+    /// of its way says, less how fast the field falls; `from` if it says nothing. `path` as in [`approach_bound`](Self::approach_bound).
+    fn free_until(&self, path: &[[Vector3<f64>; 2]], from: f64, until: f64, level: f64) -> f64 {
+        let region = swept_bounds(path, from, until);
+        let now = self.at(from);
+        let error = now.linearization_error(&region);
+        if !error.is_finite() {
+            return from;
+        }
+        let center = Vector3::from(region.center());
+        let plane = now.evaluate(center);
+        let fall = self.fall_bound(&region, from, until);
+        let mut free = until;
+        for corner in path {
+            let above = plane.value + plane.gradient.dot(&(position(corner, from) - center)) - error - level;
+            let rise = plane.gradient.dot(&(corner[1] - corner[0])) - fall;
+            if !(above > 0.0 && rise.is_finite()) {
+                return from;
+            }
+            if rise < 0.0 {
+                free = free.min(from - above / rise * (1.0 - 8.0 * f64::EPSILON));
+            }
+        }
+        free
+    }
+
     /// The velocity of the surface through a point: along the normal v_n ∇φ/|∇φ| = −(∂φ/∂t) ∇φ/|∇φ|², and where a motion is known
     /// its tangential part too. Zero where φ has no gradient.
     fn surface_velocity<R: Float>(&self, point: Vector3<R>, time: f64) -> Vector3<R> {

@@ -18,6 +18,7 @@ use sdf_core::minimize::{Minimizer, Minimum};
 use sdf_core::placed::{Posed, Rigid};
 use sdf_core::{AnyField, EnclosedSdf};
 
+pub(crate) use near_field::map_points;
 use near_field::{NearField, all_of, visit_near, with_error_of_all};
 
 #[cfg_attr(target_arch = "wasm32", path = "engine/whole_field.rs")]

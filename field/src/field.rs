@@ -3,10 +3,10 @@
 use std::sync::{Arc, OnceLock};
 
 use sdf_core::grid::owned::OwnedGrid;
-use sdf_core::nalgebra::Vector3;
 use sdf_core::{Aabb, AnyField, Sample, Sdf, Status};
 
 use crate::contacts::{self, Contacts};
+use crate::engine::map_points;
 #[cfg(feature = "bake")]
 use crate::exact::ExactField;
 use crate::info::GridInfo;
@@ -109,21 +109,20 @@ impl Field {
     /// φ and ∇φ at points, in their order. Points that are NaN, infinite or too large get the status
     /// [`not_finite`](sdf_core::Status::not_finite), points outside a grid [`outside_grid`](sdf_core::Status::outside_grid).
     pub fn sample(&self, points: &[[f64; 3]], threads: Threads) -> Vec<Sample<f64>> {
-        let sample_chunk = |_, points: &[[f64; 3]]| {
-            let samples = points.iter().map(|point| self.field.sample(Vector3::from(*point)));
-            samples.collect::<Vec<_>>()
-        };
+        let sample_chunk = |_, points: &[[f64; 3]]| map_points(&self.field, points, |field, point| field.sample(point));
         threads.map_chunks(points, CHUNK, sample_chunk).concat()
     }
 
     /// φ at points, in their order: the values of [`sample`](Self::sample), in less time. NaN at points that are NaN, infinite or
     /// too large.
     pub fn values(&self, points: &[[f64; 3]], threads: Threads) -> Vec<f64> {
-        let value = |point: &[f64; 3]| {
-            let value = if is_valid(point) { self.field.value(Vector3::from(*point)) } else { f64::NAN };
-            if value.is_finite() { value } else { f64::NAN }
+        let value_chunk = |_, points: &[[f64; 3]]| {
+            map_points(&self.field, points, |field, point| {
+                let value = if is_valid(&point.into()) { field.value(point) } else { f64::NAN };
+                if value.is_finite() { value } else { f64::NAN }
+            })
         };
-        threads.map_chunks(points, CHUNK, |_, points| points.iter().map(value).collect::<Vec<_>>()).concat()
+        threads.map_chunks(points, CHUNK, value_chunk).concat()
     }
 
     /// The contacts of a mesh: every element with φ ≤ margin somewhere, and where on it φ is lowest.

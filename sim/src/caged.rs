@@ -29,6 +29,7 @@ pub struct CagedBody {
     particle_count: usize,
     tet_count: usize,
     halo: Halo,
+    reach: f64,
     map: CageMap,
 }
 
@@ -65,6 +66,7 @@ impl CagedBody {
             particle_count,
             tet_count,
             halo: Halo::default(),
+            reach: 0.0,
             map,
         }
     }
@@ -80,7 +82,18 @@ impl CagedBody {
         self.points.extend(self.halo.points(&particles));
         self.tets.extend(&self.halo.tets);
         self.order = sorted(&self.points, &self.tets);
-        self
+        self.with_reach(side)
+    }
+
+    /// The same body, of which is known that its tetrahedra go on beyond its mesh for this distance at least.
+    #[must_use]
+    pub fn with_reach(self, reach: f64) -> Self {
+        Self { reach, ..self }
+    }
+
+    /// How far its field goes on beyond its mesh; 0 where that is not known.
+    pub fn reach(&self) -> f64 {
+        self.reach
     }
 
     /// The same body, searched by another map.

@@ -89,9 +89,10 @@ fn numbers_that_no_scene_can_be_run_with_are_refused_by_their_key() {
         ("size = [1.0, 1.0]", "size = [1.0, 0.0]", "size = 0: give a positive number"),
         ("[[cloth]]", "[[cloth]]\nstart.spin = [0.0, 0.0, 1.0]", "spin: rigid bodies alone take one"),
         ("thickness = 0.01", "fails = { foo = 1 }", "fails: unknown method \"foo\": take auto, "),
-        ("thickness = 0.01", "vary = { substeps = [4, 0] }", "substeps = 0"),
-        ("thickness = 0.01", "vary = { rate = [60.0, -1.0] }", "rate = -1"),
-        ("thickness = 0.01", "vary = { speed = [0.0] }", "speed = 0"),
+        ("thickness = 0.01", "rate = 5e-324", "rate = 5e-324: it is too small to divide by: give a larger number"),
+        ("thickness = 0.01", "vary = { substeps = [4, 0] }", "vary: substeps = 0"),
+        ("thickness = 0.01", "vary = { rate = [60.0, -1.0] }", "vary: rate = -1"),
+        ("thickness = 0.01", "vary = { speed = [0.0] }", "vary: speed = 0"),
         ("thickness = 0.01", "vary = { friction = [-0.5] }", "friction = -0.5"),
         ("thickness = 0.01", "vary = { seeds = 4000000000 }", "4000000000 combinations"),
     ] {

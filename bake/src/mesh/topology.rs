@@ -9,6 +9,7 @@
 //!    winding. Edges that agree as they are wound come first: triangles that they connect are turned together or not at all.
 //! 5. A closed shell with negative volume (divergence theorem, V = ⅓ Σ area vector · corner) is turned as a whole.
 
+use std::cmp::Ordering;
 use std::fmt;
 
 use crate::TriangleMesh;
@@ -169,7 +170,15 @@ pub(crate) fn orient(mesh: &TriangleMesh) -> OrientedMesh {
     let mut orientations = vec![0.0; is_counted.len()];
     for first in 0..is_counted.len() {
         if is_counted[first] && orientations[first] == 0.0 {
-            orient_connected(first, &neighbours, &mut orientations, &mut topology);
+            let mut part = orient_connected(first, &neighbours, &mut orientations);
+            if part.depends_on_first() {
+                // By where the triangles are, so that the order of the faces decides nothing.
+                part.triangles.iter().for_each(|triangle| orientations[*triangle] = 0.0);
+                let first = lowest(mesh, &part.triangles).unwrap_or(first);
+                part = orient_connected(first, &neighbours, &mut orientations);
+            }
+            topology.non_orientable_edges += part.non_orientable_edges;
+            topology.wrongly_wound += part.wrongly_wound;
         }
     }
     if topology.is_closed() && topology.shells == 1 && volume(mesh, &orientations) < 0.0 {
@@ -266,14 +275,36 @@ fn without_needless_doubles(doubles: &[[u32; 2]], half_edges: &[HalfEdge], is_co
     }
 }
 
-/// Orients all triangles connected to `first` by edges of two triangles. A minority is turned: the triangles that are connected by edges
-/// that agree as they are wound stay as one.
-fn orient_connected(
-    first: usize,
-    neighbours: &[[Option<Neighbour>; 3]],
-    orientations: &mut [f64],
-    topology: &mut Topology,
-) {
+/// Triangles that are connected by edges of two triangles.
+struct Part {
+    triangles: Vec<usize>,
+    wrongly_wound: usize,
+    non_orientable_edges: usize,
+}
+
+impl Part {
+    /// Would other triangles be turned, had the search begun at another one?
+    fn depends_on_first(&self) -> bool {
+        self.non_orientable_edges > 0 || 2 * self.wrongly_wound == self.triangles.len()
+    }
+}
+
+/// The first of some triangles by the coordinates of its corners; `None` of none.
+fn lowest(mesh: &TriangleMesh, triangles: &[usize]) -> Option<usize> {
+    let corners = |triangle: usize| {
+        let corners = mesh.triangles.iter().chain(&mesh.stitches).nth(triangle).copied().unwrap_or_default();
+        let mut points = mesh.corner_points(corners).map(<[f64; 3]>::from);
+        let compare = |a: &[f64; 3], b: &[f64; 3]| a.partial_cmp(b).unwrap_or(Ordering::Equal);
+        points.sort_unstable_by(compare);
+        points
+    };
+    let compare = |a: &usize, b: &usize| corners(*a).partial_cmp(&corners(*b)).unwrap_or(Ordering::Equal);
+    triangles.iter().copied().min_by(compare)
+}
+
+/// Orients all triangles connected to `first`. A minority is turned: the triangles that are connected by edges that agree as they are wound
+/// stay as one.
+fn orient_connected(first: usize, neighbours: &[[Option<Neighbour>; 3]], orientations: &mut [f64]) -> Part {
     // The triangles found so far, which is also the queue of the search.
     let mut part: Vec<usize> = vec![];
     let (mut next, mut has_disagreeing) = (0, false);
@@ -299,7 +330,7 @@ fn orient_connected(
         }
     }
     if !has_disagreeing {
-        return;
+        return Part { triangles: part, wrongly_wound: 0, non_orientable_edges: 0 };
     }
     let disagreements = |triangle: &usize| {
         let of_neighbours = neighbours[*triangle].iter().flatten();
@@ -307,12 +338,12 @@ fn orient_connected(
         of_neighbours.filter(|neighbour| neighbour.agrees != is_same(neighbour.triangle)).count()
     };
     // Each edge is seen from both sides.
-    topology.non_orientable_edges += part.iter().map(disagreements).sum::<usize>() / 2;
+    let non_orientable_edges = part.iter().map(disagreements).sum::<usize>() / 2;
     let turned = part.iter().filter(|triangle| orientations[**triangle] < 0.0).count();
     if 2 * turned > part.len() {
         part.iter().for_each(|triangle| orientations[*triangle] = -orientations[*triangle]);
     }
-    topology.wrongly_wound += turned.min(part.len() - turned);
+    Part { wrongly_wound: turned.min(part.len() - turned), triangles: part, non_orientable_edges }
 }
 
 fn volume(mesh: &TriangleMesh, orientations: &[f64]) -> f64 {

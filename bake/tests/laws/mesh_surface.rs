@@ -120,3 +120,48 @@ fn an_element_beside_a_face_does_not_cross_it_however_little_it_is_above_its_pla
         }
     }
 }
+
+/// Which triangles of an open mesh are turned is a choice, where it is wound as it comes or has but one side. The order of the faces does not
+/// make it: a mesh that is kept beside a grid has another.
+#[test]
+fn signs_do_not_depend_on_the_order_of_faces() {
+    let mut random = Random::from_env();
+    let mut undecided = 0;
+    for round in 0..300 {
+        let points: Vec<_> = (0..7).map(|_| random.point_in_cube(1.0)).collect();
+        let corners: [u32; 7] = std::array::from_fn(|index| index as u32);
+        // Of two faces back to back the second does not count, so that there the order does.
+        let mut triangles: Vec<[u32; 3]> = vec![];
+        for _ in 0..random.between(2.0, 9.0) as usize {
+            let mut corners = corners;
+            random.shuffle(&mut corners);
+            let [a, b, c, ..] = corners;
+            if !triangles.iter().any(|triangle| [a, b, c].iter().all(|corner| triangle.contains(corner))) {
+                triangles.push([a, b, c]);
+            }
+        }
+        let mut mesh = Mesh { points, triangles };
+        let queries: Vec<[f64; 3]> = (0..20).map(|_| random.point_in_cube(1.0).into()).collect();
+        let signs = |mesh: &Mesh| {
+            let triangles = mesh.baked();
+            let distance = MeshDistance::new(&triangles, Some(SignMethod::Winding));
+            let surface = MeshSurface::new(mesh.baked(), SignMethod::Winding, distance.is_continuous());
+            let sign = |query: &[f64; 3]| {
+                let at = surface.nearest(Vector3::from(*query), 0, None);
+                // Where rounding of the winding number cannot decide.
+                let is_clear = (distance.winding_number(*query).abs() - 0.5).abs() > 1e-6;
+                (is_clear && at.distance.abs() > 1e-9)
+                    .then(|| [distance.signed_distance(*query) < 0.0, at.distance < 0.0])
+            };
+            queries.iter().map(sign).collect::<Vec<_>>()
+        };
+        let first = signs(&mesh);
+        assert!(first.iter().flatten().all(|[a, b]| a == b), "round {round}: {mesh:?}");
+        undecided += first.iter().filter(|sign| sign.is_none()).count();
+        for _ in 0..6 {
+            random.shuffle(&mut mesh.triangles);
+            assert_eq!(signs(&mesh), first, "round {round}: {mesh:?}");
+        }
+    }
+    assert!(undecided < 60, "{undecided}");
+}

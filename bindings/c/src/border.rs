@@ -189,7 +189,7 @@ pub fn require_room(found: usize, capacity: usize, what: &str) -> Result<(), Fai
     if found <= capacity {
         return Ok(());
     }
-    Err(Failure::new(SdfResult::TooSmall, format!("{found} {what}, but room for {capacity}")))
+    Err(Failure::new(SdfResult::TooSmall, format!("room for {capacity} {what}, and {found} were found")))
 }
 
 /// A function of the caller and its argument.

@@ -45,9 +45,10 @@ impl MeshClusters {
         // An index that is too high is told by the refit.
         let is_finite =
             |vertex: &u32| mesh.points.get(*vertex as usize).is_none_or(|x| x.iter().all(|x| x.is_finite()));
-        let count = self.faces.iter().filter(|face| !face.iter().all(is_finite)).count();
-        if count > 0 {
-            return Err(value_error(NotFinite { count, elements: Elements::Faces, first: None }));
+        let is_wrong = |face: &[u32; 3]| !face.iter().all(is_finite);
+        if let Some(first) = self.faces.iter().position(is_wrong) {
+            let count = self.faces.iter().filter(|face| is_wrong(face)).count();
+            return Err(value_error(NotFinite { count, elements: Elements::Faces, first: Some(first) }));
         }
         let mut clusters = self.clusters.clone();
         py.detach(|| clusters.refit(mesh)).map_err(value_error)?;

@@ -54,7 +54,7 @@ fn capsule(
     #[pyo3(from_py_with = arrays::vector)] b: [f64; 3],
     #[pyo3(from_py_with = arrays::number)] radius: f64,
 ) -> PyResult<Sdf> {
-    shape(Capsule::new(a, b, radius), "capsule: radius must be positive, and all numbers finite")
+    shape(Capsule::new(a, b, radius), "capsule: radius must be positive, and all numbers and the length finite")
 }
 
 /// A cylinder about the origin along z, negative inside.

@@ -164,7 +164,7 @@ export class Sdftool {
   /** Reads OBJ, PLY, STL or OFF; the content says which. */
   mesh(bytes: Bytes, name: string): Mesh & { points: Float64Array; faces: Uint32Array };
   bake(mesh: Mesh, options?: BakeOptions | null): Field;
-  /** Opens the bytes of .sdf.h5 or .sdf.toml. */
+  /** Opens the bytes of .sdf.h5, .sdf.toml or .sdfb. */
   open(bytes: Bytes, name?: string): Field;
 }
 

@@ -55,11 +55,11 @@ function fileBytes(bytes) {
   throw new TypeError("bytes: give an ArrayBuffer or a view of one, such as a Uint8Array");
 }
 
-// Options by their names. A map or an array has none, and would be taken for no options.
+// Options by their names, without those that are null. A map or an array has none, and would be taken for no options.
 function named(options = {}) {
   if (options === null) return {};
   if (Object.prototype.toString.call(options) != "[object Object]") throw new TypeError("options: give an object, such as { margin: 0.01 }");
-  return options;
+  return Object.fromEntries(Object.entries(options).filter(([, value]) => value !== null));
 }
 
 function nameOf(name) {
@@ -101,7 +101,7 @@ export class Sdftool {
     const outer = [this.#progress, this.#thrown];
     [this.#progress, this.#thrown] = [progress, undefined];
     try {
-      const { answer } = this.call({ call: "bake", options: { source, ...words } }, { f64s: points, u32s: faces });
+      const { answer } = this.call({ call: "bake", options: { ...named({ source }), ...words } }, { f64s: points, u32s: faces });
       return new Field(this, answer);
     } catch (error) {
       throw this.#thrown ? this.#thrown.error : error;
@@ -203,7 +203,7 @@ export class Field {
 
   page(name, mesh, options) {
     options = named(options);
-    const { answer, bytes } = this.#call("page", { name, options }, mesh === undefined ? {} : meshOf(mesh, options.elements != "vertices"));
+    const { answer, bytes } = this.#call("page", { name: nameOf(name), options }, mesh === undefined ? {} : meshOf(mesh, options.elements != "vertices"));
     return { ...answer, html: bytes };
   }
 

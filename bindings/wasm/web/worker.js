@@ -19,7 +19,7 @@ const works = {
     const progress = (done, total) => {
       if (performance.now() > last + 50) postMessage({ progress: done / total }), last = performance.now();
     };
-    body = /\.(h5|toml)$/i.test(file.name) ? sdf.open(bytes, file.name) : sdf.bake(sdf.mesh(bytes, file.name), { ...options, progress });
+    body = /\.(h5|toml|sdfb)$/i.test(file.name) ? sdf.open(bytes, file.name) : sdf.bake(sdf.mesh(bytes, file.name), { ...options, progress });
     bodyName = stem(file.name);
     return { info: body.info, ...body.page(bodyName) };
   },

@@ -22,6 +22,8 @@ pub struct EvalArgs {
     #[arg(long, value_name = "FILE.csv")]
     pub points: PathBuf,
     #[command(flatten)]
+    pub threads: Threads,
+    #[command(flatten)]
     pub json: Json,
 }
 

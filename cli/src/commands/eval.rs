@@ -3,18 +3,22 @@
 use std::io::Write;
 
 use anyhow::Result;
-use sdf_core::nalgebra::Vector3;
-use sdf_core::{Aabb, EnclosedSdf, Sample, Status};
+use sdf_core::{Aabb, Sample, Status};
+use sdf_field::{Field, Threads};
 use sdf_formats::field_file::OpenField;
 use serde::{Serialize, Serializer};
 
 use crate::args::EvalArgs;
 use crate::failure::misuse;
 use crate::mesh_input::{is_standard_input, require_end};
+use crate::progress::on_threads;
 use crate::read_summary::ReadSummary;
 use crate::report::print_json;
 use crate::standard_output::to_stdout;
 use crate::{csv_points, field_input};
+
+/// Points that are evaluated before they are written.
+const BLOCK: usize = 1 << 16;
 
 pub fn run(args: &EvalArgs) -> Result<()> {
     if is_standard_input(&args.sdf) && is_standard_input(&args.points) {
@@ -28,22 +32,27 @@ pub fn run(args: &EvalArgs) -> Result<()> {
             let file_bytes = reader.summary().file_bytes;
             let regions = points.iter().map(|point| Aabb { min: *point, max: *point });
             let stored = reader.read_needed(regions, f64::INFINITY)?;
-            print(args, &stored.grid, &points, Some(ReadSummary::new(&stored, file_bytes)))
+            let summary = ReadSummary::new(&stored, file_bytes);
+            print(args, stored.grid, &points, Some(summary))
         }
-        OpenField::Blob(blob) => print(args, &blob.grid, &points, None),
-        OpenField::Analytic(node) => print(args, &node, &points, None),
+        OpenField::Blob(blob) => print(args, blob.grid, &points, None),
+        OpenField::Analytic(field) => print(args, field, &points, None),
     }
 }
 
-fn print<F: EnclosedSdf>(args: &EvalArgs, field: &F, points: &[[f64; 3]], read: Option<ReadSummary>) -> Result<()> {
+fn print(args: &EvalArgs, field: impl Into<Field>, points: &[[f64; 3]], read: Option<ReadSummary>) -> Result<()> {
+    let field = field.into();
+    on_threads(args.threads, || print_samples(args, &field, points, read))?
+}
+
+fn print_samples(args: &EvalArgs, field: &Field, points: &[[f64; 3]], read: Option<ReadSummary>) -> Result<()> {
     if args.json.wanted {
         let read = serde_json::to_value(read)?;
         return print_json(&Document { read, samples: Samples { field, points }, schema: "sdftool.eval/1" });
     }
-    let samples = points.iter().map(|point| (point, field.sample(Vector3::from(*point))));
     to_stdout(|out| {
         writeln!(out, "x,y,z,distance,gx,gy,gz,status")?;
-        for ([x, y, z], sample) in samples {
+        for ([x, y, z], sample) in samples(field, points) {
             let [gx, gy, gz]: [f64; 3] = sample.gradient.into();
             // The shortest text that reads back as the same number.
             writeln!(out, "{x:?},{y:?},{z:?},{:?},{gx:?},{gy:?},{gz:?},{}", sample.value, name(&sample.status))?;
@@ -52,16 +61,21 @@ fn print<F: EnclosedSdf>(args: &EvalArgs, field: &F, points: &[[f64; 3]], read: 
     })
 }
 
+/// Each point with its sample.
+fn samples<'a>(field: &'a Field, points: &'a [[f64; 3]]) -> impl Iterator<Item = (&'a [f64; 3], Sample<f64>)> {
+    points.chunks(BLOCK).flat_map(|block| block.iter().zip(field.sample(block, Threads::ALL)))
+}
+
 #[derive(Serialize)]
-struct Document<S> {
+struct Document<'a> {
     read: serde_json::Value,
-    samples: S,
+    samples: Samples<'a>,
     schema: &'static str,
 }
 
 /// Samples that are taken as they are written: there may be millions.
-struct Samples<'a, F> {
-    field: &'a F,
+struct Samples<'a> {
+    field: &'a Field,
     points: &'a [[f64; 3]],
 }
 
@@ -76,10 +90,9 @@ struct SampleRecord {
     point: [f64; 3],
 }
 
-impl<F: EnclosedSdf> Serialize for Samples<'_, F> {
+impl Serialize for Samples<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_seq(self.points.iter().map(|point| {
-            let Sample { value, gradient, status } = self.field.sample::<f64>(Vector3::from(*point));
+        serializer.collect_seq(samples(self.field, self.points).map(|(point, Sample { value, gradient, status })| {
             SampleRecord {
                 beyond_band: status.beyond_band,
                 degenerate_gradient: status.degenerate_gradient,

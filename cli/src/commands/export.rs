@@ -4,6 +4,8 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
+use sdf_core::Real;
+use sdf_core::grid::Lattice;
 use sdf_field::export::{ExportError, ExportFormat, ExportOptions, Exported, Written, description_path};
 use serde_json::json;
 
@@ -71,6 +73,7 @@ pub fn run(args: &ExportArgs) -> Result<()> {
     }
     let warning = match format {
         ExportFormat::Glb => open_at_box(&field, 0.0, &lattice),
+        ExportFormat::Blob | ExportFormat::C | ExportFormat::Rust if !has_lost_surface => rounds_in_f32(&lattice),
         _ => has_lost_surface.then(|| {
             format!(
                 "{}: the shape is thinner than these cells, use a larger --res",
@@ -104,6 +107,24 @@ pub fn run(args: &ExportArgs) -> Result<()> {
         json["warning"] = warning.into();
     }
     Report { rows, json }.print_beside(Some(&output), args.json)
+}
+
+/// Why firmware, which counts in f32, cannot tell places in this lattice apart: more than a hundredth of a voxel is rounded.
+fn rounds_in_f32(lattice: &Lattice) -> Option<String> {
+    let bounds = lattice.bounds();
+    let largest = bounds.min.iter().chain(&bounds.max).fold(0.0_f64, |largest, x| largest.max(x.abs()));
+    let rounded = 0.5 * f64::from(f32::EPSILON) * largest / lattice.spacing();
+    let most = <f32 as Real>::MAX_COORDINATE;
+    match () {
+        () if largest > most => Some(format!(
+            "firmware counts in f32 and answers to nothing beyond {most:e}: bake the mesh in a larger unit"
+        )),
+        () if rounded > 0.01 => Some(format!(
+            "firmware counts in f32, in which coordinates here are off by up to {} voxels: bake the mesh nearer to the origin",
+            number(rounded)
+        )),
+        () => None,
+    }
 }
 
 fn format(args: &ExportArgs) -> Result<ExportFormat> {

@@ -132,3 +132,25 @@ fn view_refuses_the_margins_that_contacts_refuses() {
         }
     }
 }
+
+/// A hundred voxels of 1/50 are told apart to a hundredth of one up to about 4,000 from the origin, by f32.
+#[test]
+fn tables_that_firmware_cannot_count_in_have_a_warning() {
+    let folder = Folder::new();
+    for (name, away, size, wanted) in [
+        ("near", 1e3, 1.0, None),
+        ("far", 1e5, 1.0, Some("counts in f32, in which coordinates here are off by up to 0.")),
+        ("huge", 0.0, 1e20, Some("counts in f32 and answers to nothing beyond 1e18")),
+    ] {
+        folder.write(&format!("{name}.obj"), Model::ball([away, 0.0, 0.0], size, 2).obj());
+        folder.done(&format!("bake {name}.obj --res 100"));
+        for format in ["blob", "c", "rust"] {
+            let words = format!("export {name}.sdf.h5 --format {format}");
+            let output = folder.sdftool(&words).output().unwrap();
+            let told = String::from_utf8(output.stderr).unwrap();
+            assert!(output.status.success() && told.contains(wanted.unwrap_or_default()), "{words}: {told}");
+            assert_eq!(told.is_empty(), wanted.is_none(), "{words}: {told}");
+        }
+        assert!(folder.json(&format!("export {name}.sdf.h5 --format npy"))["warning"].is_null());
+    }
+}

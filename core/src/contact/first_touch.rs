@@ -3,11 +3,16 @@
 //!
 //! ```text
 //! t ← 0
-//! loop  l ≤ min φ(·, t) on the element, and r ≥ −dφ/dt at all of its points from t on
+//! loop  φ > thickness until s, as a tangent plane says:  t ← s, and never touches where s = 1
+//!       l ≤ min φ(·, t) on the element, and r ≥ −dφ/dt at all of its points from t on
 //!       min φ ≤ thickness + tolerance:   touches at t
 //!       l − r (1 − t) > thickness:       never touches
 //!       t ← t + (l − thickness) / r      before that, nothing can have come within the thickness
 //! ```
+//!
+//! The tangent plane is that at the middle of the way ahead: φ lies below it by no more than
+//! [`linearization_error`](EnclosedSdf::linearization_error). It knows the direction of the motion, and r only its speed: an element that
+//! slides along a plane a small gap above it would need a step for each gap of the way.
 //!
 //! So the time is never late. It is early only in that φ ≤ thickness + tolerance holds there in place of φ ≤ thickness: by no more
 //! than tolerance / s where the element goes on to approach at a speed s. As l is proven to within half of the tolerance, each step is
@@ -109,6 +114,8 @@ impl FirstTouch {
         }
         let farthest = R::from_f64(path.iter().flatten().map(Vector3::amax).fold(0.0, f64::max));
         let (mut time, mut evaluations) = (0.0, 0_u32);
+        // How far ahead a tangent plane looks, and the last step without one.
+        let (mut ahead, mut step) = (1.0, 0.0);
         while evaluations < self.evaluations {
             let now = field.at(time);
             let approach = field.approach_bound(&path, time, 1.0);
@@ -120,6 +127,22 @@ impl FirstTouch {
             let fall = product(1.0 - time, field.fall_bound(&region, time, 1.0));
             if thickness + slack < R::from_f64(now.enclose_box(&region).range.lower - fall) {
                 return Touch::Never;
+            }
+            let mut free = time;
+            if ahead < 2.0 * step {
+                ahead *= 2.0;
+            } else {
+                let until = (time + ahead).min(1.0);
+                free = field.free_until(&path, time, until, (thickness + slack).to_f64());
+                evaluations = evaluations.saturating_add(1);
+                match () {
+                    () if free == 1.0 => return Touch::Never,
+                    () if free == until => {
+                        (time, ahead) = (until, 2.0 * ahead);
+                        continue;
+                    }
+                    () => ahead *= 0.25,
+                }
             }
             let (minimum, spent) = self.minimum(&now, thickness, reach, &simplex, evaluations);
             evaluations = evaluations.saturating_add(spent);
@@ -136,8 +159,8 @@ impl FirstTouch {
             // The field may be calmer nearby than on the whole way: it is bounded anew for the next step.
             let near = (time + 2.0 * gap / approach).min(1.0);
             let local = field.approach_bound(&path, time, near);
-            let step = (gap / local).min(near - time) * (1.0 - 8.0 * f64::EPSILON);
-            let next = time + step;
+            step = (gap / local).min(near - time) * (1.0 - 8.0 * f64::EPSILON);
+            let next = free.max(time + step);
             if next.is_nan() || next <= time {
                 return Touch::BudgetSpent { time };
             }

@@ -151,6 +151,18 @@ impl<M: MovingSdf> MovingSdf for Travelling<M> {
         product(slope_bound, relative_speed) + self.field.fall_bound(&region, from, until)
     }
 
+    /// In the body's frame, where it does not turn: the element moves linearly there, too.
+    fn free_until(&self, path: &[[Vector3<f64>; 2]], from: f64, until: f64, level: f64) -> f64 {
+        let mut local = [[Vector3::zeros(); 2]; 4];
+        let Some(local) = local.get_mut(..path.len()).filter(|_| self.motion.spin == Vector3::zeros()) else {
+            return from;
+        };
+        for (local, corner) in local.iter_mut().zip(path) {
+            *local = [0.0, 1.0].map(|time| self.motion.pose(time).pull(position(corner, time)).point);
+        }
+        self.field.free_until(local, from, until, level)
+    }
+
     /// u, and beside it the velocity of the field's own surface.
     fn surface_velocity<R: Float>(&self, point: Vector3<R>, time: f64) -> Vector3<R> {
         let pulled = self.motion.pose(time).pull(point);

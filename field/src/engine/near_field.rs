@@ -10,22 +10,35 @@ use sdf_core::delegate_sdf;
 use sdf_core::minimize::Minimum;
 use sdf_core::nalgebra::Vector3;
 use sdf_core::placed::Posed;
-use sdf_core::{AnyField, Sdf};
+use sdf_core::{AnyField, Sdf, Simplex};
 
 /// Runs that a run is cut into.
 const PIECES: usize = 4;
+
+/// Points of a run that are evaluated in the same parts, and of one that is looked at first: few enough that a look at each part costs
+/// little beside them.
+const POINTS: [usize; 2] = [8, 64];
 
 /// Width that is added to a run's ball, as a fraction of all coordinates: some thousand roundings.
 const ROUNDING: f64 = 1e-12;
 
 /// A field, or what counts of it.
-pub(super) enum NearField<'a> {
+pub(crate) enum NearField<'a> {
     Whole(&'a AnyField),
     /// Parts of a union.
     Parts(Compound<Vec<&'a AnyField>>),
 }
 
 delegate_sdf!(NearField<'a> { Whole, Parts } unions { Whole, Parts });
+
+impl NearField<'_> {
+    fn part_count(&self) -> usize {
+        match self {
+            Self::Whole(_) => 1,
+            Self::Parts(union) => union.parts().len(),
+        }
+    }
+}
 
 /// All of a field.
 pub(super) fn all_of(field: &AnyField) -> NearField<'_> {
@@ -45,6 +58,31 @@ pub(super) fn visit_near<'a, const N: usize>(
     if !elements.is_empty() {
         Visit { margin, visit, magnitude: field.magnitude() }.run(field, 0, elements);
     }
+}
+
+/// The result of each point, in their order, by what counts of the field there.
+pub(crate) fn map_points<T>(
+    field: &AnyField,
+    points: &[[f64; 3]],
+    map: impl Fn(&NearField, Vector3<f64>) -> T,
+) -> Vec<T> {
+    let all = Posed { field: all_of(field), pose: None };
+    let (magnitude, mut mapped) = (all.magnitude(), Vec::with_capacity(points.len()));
+    let of_points = |field: &Posed<NearField>, points: &[[f64; 3]], mapped: &mut Vec<T>| {
+        mapped.extend(points.iter().map(|point| map(&field.field, Vector3::from(*point))));
+    };
+    let [few, many] = POINTS;
+    for run in points.chunks(many) {
+        let near = parts_near(&all, || Ball::around_points(run, magnitude));
+        let near = near.as_ref().unwrap_or(&all);
+        let mut is_worth = true;
+        for piece in run.chunks(few) {
+            let nearer = if is_worth { parts_near(near, || Ball::around_points(piece, magnitude)) } else { None };
+            is_worth = nearer.as_ref().is_some_and(|nearer| 2 * nearer.field.part_count() < near.field.part_count());
+            of_points(nearer.as_ref().unwrap_or(near), piece, &mut mapped);
+        }
+    }
+    mapped
 }
 
 struct Visit<M, V> {
@@ -125,6 +163,13 @@ impl Ball {
         let radius = balls.iter().map(|ball| (ball.center - center).norm() + ball.radius).fold(0.0, f64::max);
         let largest = lowest.amax().max(highest.amax()).max(radius).max(magnitude);
         Some(Self { center, radius: radius + ROUNDING * largest })
+    }
+
+    /// A ball around points, as [`around`](Self::around).
+    fn around_points(points: &[[f64; 3]], magnitude: f64) -> Option<Self> {
+        let of_point =
+            |point: &[f64; 3]| Element { id: 0, vertices: [0], simplex: Simplex { corners: [Vector3::from(*point)] } };
+        Self::around(&points.iter().map(of_point).collect::<Vec<_>>(), magnitude)
     }
 
     /// Lower bound of φ in a ball with room for rounding.

@@ -3,9 +3,10 @@
 use sdf_core::AnyField;
 use sdf_core::contact::{Contact, Element};
 use sdf_core::minimize::Minimum;
+use sdf_core::nalgebra::Vector3;
 use sdf_core::placed::Posed;
 
-pub(super) type NearField<'a> = &'a AnyField;
+pub(crate) type NearField<'a> = &'a AnyField;
 
 /// All of a field.
 pub(super) fn all_of(field: &AnyField) -> NearField<'_> {
@@ -20,6 +21,15 @@ pub(super) fn visit_near<'a, const N: usize>(
     mut visit: impl FnMut(usize, &Posed<NearField<'a>>),
 ) {
     (0..elements.len()).for_each(|index| visit(index, field));
+}
+
+/// The result of each point, in their order.
+pub(crate) fn map_points<T>(
+    field: &AnyField,
+    points: &[[f64; 3]],
+    map: impl Fn(&NearField, Vector3<f64>) -> T,
+) -> Vec<T> {
+    points.iter().map(|point| map(&field, Vector3::from(*point))).collect()
 }
 
 /// The contact as it is: it has the error of all of the field.

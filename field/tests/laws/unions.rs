@@ -6,8 +6,8 @@ use sdf_field::core::minimize::{FrankWolfe, Minimizer, ProjectedGradient};
 use sdf_field::core::nalgebra::Vector3;
 use sdf_field::core::placed::{Posed, Rigid, Similarity};
 use sdf_field::core::shapes::{Capsule, Cuboid, Ellipsoid, Sphere, Torus};
-use sdf_field::core::{Aabb, AnyField, EnclosedSdf, Sdf, Simplex};
-use sdf_field::{BakeOptions, ContactOptions, Field, GridSize, MeshInMotion, MeshView, Method};
+use sdf_field::core::{Aabb, AnyField, EnclosedSdf, Sample, Sdf, Simplex};
+use sdf_field::{BakeOptions, ContactOptions, Field, GridSize, MeshInMotion, MeshView, Method, Threads};
 use sdf_procedural::random::{Random, test_seed};
 use sdf_procedural::{Mesh, Sheet, SpikedBall};
 
@@ -239,5 +239,38 @@ fn no_deep_contact_with_many_parts_is_missed_in_any_order() {
                 );
             }
         }
+    }
+}
+
+/// Points that follow each other are evaluated in the parts that can be lowest about them: with the bits of all parts. Of rows of points, of
+/// points in no order, and with some that are not finite among them.
+#[test]
+fn samples_of_a_union_are_those_of_all_its_parts() {
+    let seed = test_seed(1123);
+    let mut random = Random::new(seed);
+    for (count, center) in [(1, 0.0), (2, 0.0), (40, 0.0), (120, 1e6)] {
+        let center = Vector3::repeat(center);
+        let field = union(count, center, &mut random);
+        let mut points: Vec<[f64; 3]> = vec![];
+        for _ in 0..30 {
+            let (start, way) = (Vector3::from(random.point_in_cube(2.0)), Vector3::from(random.point_in_cube(0.02)));
+            points.extend((0..70).map(|step| <[f64; 3]>::from(center + start + way * f64::from(step))));
+        }
+        points.extend((0..1000).map(|_| <[f64; 3]>::from(center + Vector3::from(random.point_in_cube(3.0)))));
+        for bad in [f64::NAN, f64::INFINITY, 1e200] {
+            let index = random.below(points.len());
+            points[index][1] = bad;
+        }
+        let alone = |point: &[f64; 3]| field.as_any().sample(Vector3::from(*point));
+        let bits = |samples: Vec<Sample<f64>>| -> Vec<_> {
+            let bits =
+                |sample: Sample<f64>| ([sample.value.to_bits()], sample.gradient.map(f64::to_bits), sample.status);
+            samples.into_iter().map(bits).collect()
+        };
+        let wanted: Vec<Sample<f64>> = points.iter().map(alone).collect();
+        let values: Vec<u64> = field.values(&points, Threads::ONE).into_iter().map(f64::to_bits).collect();
+        let of_sample = |sample: &Sample<f64>| if sample.status.not_finite { f64::NAN } else { sample.value }.to_bits();
+        assert_eq!(values, wanted.iter().map(of_sample).collect::<Vec<_>>(), "{count} parts, seed {seed}");
+        assert_eq!(bits(field.sample(&points, Threads::ALL)), bits(wanted), "{count} parts, seed {seed}");
     }
 }

@@ -100,7 +100,9 @@ impl Stage {
             let told = |message| format!("{name}: {message}");
             let mesh = cloth.mesh.mesh(folder).map_err(told)?;
             if mesh.points.is_empty() {
-                return Err(told("it has no points: give its mesh more cells".to_owned()));
+                return Err(told(
+                    "it has no points: give its mesh cells or strands, and a net strands of a cell or more".to_owned(),
+                ));
             }
             budget.add(&name, &mesh, 1)?;
             self.add_cloth(cloth, mesh, &mut random).map_err(told)?;
@@ -232,7 +234,7 @@ impl Stage {
         let surface = soft::add(&mut self.world, &points, &faces, spec.cell, spec.padding, &matter, is_wanted);
         if let Some(map) = spec.touched {
             let cage = CagedBody::new(field, &self.world, first, first_tet, map.into());
-            self.cages.push(if spec.padding > 0.0 { cage } else { cage.with_halo(spec.cell) });
+            self.cages.push(if spec.padding > 0.0 { cage.with_reach(spec.padding) } else { cage.with_halo(spec.cell) });
         }
         let pose = Pose::of(&spec.start, random);
         for x in &mut self.world.x[first..] {

@@ -190,13 +190,14 @@ impl Vary {
     /// Checks the values as those of the scene are checked.
     fn check(&self) -> Result<(), String> {
         let positive = [("rate", &self.rate), ("mass_ratio", &self.mass_ratio), ("speed", &self.speed)];
+        let told = |message| format!("vary: {message}");
         for (name, values) in positive {
-            values.iter().try_for_each(|value| is_positive(name, *value))?;
+            values.iter().try_for_each(|value| is_positive(name, *value)).map_err(told)?;
         }
-        self.substeps.iter().try_for_each(|substeps| is_count("substeps", *substeps))?;
+        self.substeps.iter().try_for_each(|substeps| is_count("substeps", *substeps)).map_err(told)?;
         let others = [("friction", &self.friction), ("thickness", &self.thickness), ("recovery", &self.recovery)];
         for (name, values) in others {
-            values.iter().try_for_each(|value| is_not_negative(name, *value))?;
+            values.iter().try_for_each(|value| is_not_negative(name, *value)).map_err(told)?;
         }
         match variant_count(self) {
             0.0..=MAX_VARIANTS => Ok(()),
@@ -271,7 +272,8 @@ fn is_at_least(name: &str, count: u32, least: u32) -> Result<(), String> {
 
 fn is_positive(name: &str, value: f64) -> Result<(), String> {
     match value > 0.0 && value.is_finite() {
-        true => Ok(()),
+        true if value.recip().is_finite() => Ok(()),
+        true => Err(format!("{name} = {value:e}: it is too small to divide by: give a larger number")),
         false => Err(format!("{name} = {value}: give a positive number")),
     }
 }

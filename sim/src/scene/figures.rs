@@ -49,6 +49,9 @@ pub struct Figures {
     pub pairs: usize,
     /// Elements of the last frame, and those that passed the cull.
     pub elements: [usize; 2],
+    /// Did something get farther in a substep than the field of a soft body reaches? It may have passed through it.
+    #[serde(skip)]
+    pub outruns_soft: bool,
     /// Time that was spent.
     pub seconds: Seconds,
 }
@@ -104,6 +107,11 @@ impl Figures {
             let what = "the last frame has coordinates beyond f32, in which recordings hold them: the run ends there";
             warnings.push(what.to_owned());
         }
+        if self.outruns_soft {
+            let what = "something moves farther in a substep than the field of a soft body reaches beyond its mesh, and may pass through it: give \
+                        a higher rate, more substeps, or the body a larger cell or padding";
+            warnings.push(what.to_owned());
+        }
         // NaN too.
         if !matches!(self.volume.partial_cmp(&0.0), Some(std::cmp::Ordering::Greater)) {
             warnings
@@ -155,6 +163,7 @@ impl Figures {
             contacts: self.contacts.max(other.contacts),
             pairs: self.pairs.max(other.pairs),
             elements: [0, 1].map(|k| self.elements[k].max(other.elements[k])),
+            outruns_soft: self.outruns_soft || other.outruns_soft,
             seconds: Seconds {
                 detect: self.seconds.detect + other.seconds.detect,
                 solve: self.seconds.solve + other.seconds.solve,

@@ -1,10 +1,10 @@
 //! Runs a scene frame by frame, and measures it.
 
 mod deep;
+mod frame;
 
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
-use std::time::Instant;
 
 use sdf_core::combine::Shell;
 use sdf_core::{Aabb, AnyField};
@@ -13,18 +13,15 @@ use sdf_field::{Field, Method, QueryError, Threads};
 use super::build::Stage;
 use super::coinciding::coinciding;
 use super::figures::Figures;
-use super::passing::Passing;
 use super::separate::Separations;
 use super::spec::SceneSpec;
-use super::struck::Struck;
 use super::touching::Touching;
 use crate::caged::{CageAtRest, CageRoom, CagedBody};
 use crate::motion::Motion;
-use crate::obstacle::{Carried, Moving};
 use crate::query::{Contacts, Elements, Memory, Query};
 use crate::surface::{Carrier, Surface};
 use crate::world::Passes;
-use crate::{V3, World, scene::entangled::choose_sides};
+use crate::{V3, World};
 
 /// Which elements are searched, and how.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -72,7 +69,7 @@ pub fn run(
     method: ElementMethod,
     threads: Threads,
     mut on_frame: impl FnMut(u32, &Stage) -> ControlFlow<()>,
-) -> Result<Figures, QueryError> {
+) -> Result<Figures, RunError> {
     stage.world.passes = if method.one_way { Passes::OneWay } else { Passes::ThereAndBack };
     let bodies = stage.cages.clone();
     let mut rooms = vec![CageRoom::default(); bodies.len()];
@@ -83,7 +80,7 @@ pub fn run(
         for frame in 1..=spec.frames {
             match run.frame(stage) {
                 // What is refused is one of its lengths: nothing that the scene says.
-                Err(_) if run.is_beyond_f32(stage) => {
+                Err(RunError::Query(_)) if run.is_beyond_f32(stage) => {
                     (run.figures.frames, run.figures.finite) = (frame, false);
                     break;
                 }
@@ -96,7 +93,7 @@ pub fn run(
             }
         }
     }
-    run.finish(stage)
+    Ok(run.finish(stage)?)
 }
 
 /// Contacts are kept until their element has moved by this share of the thickness.
@@ -104,6 +101,20 @@ const HOLD: f64 = 0.05;
 
 /// Thickness of an obstacle that is taken as its surface, and distance at which what has no thickness touches, over the size of what moves.
 const SURFACE: f64 = 1e-9;
+
+/// Why a run cannot go on.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum RunError {
+    /// A field refuses a search.
+    #[error(transparent)]
+    Query(#[from] QueryError),
+    /// A frame has more contacts than memory has room for.
+    #[error(
+        "over {} contacts in a frame: do bodies start inside of each other? Give fewer, or move them apart",
+        frame::MAX_CONTACTS
+    )]
+    TooManyContacts,
+}
 
 struct Run<'a> {
     spec: &'a SceneSpec,
@@ -174,98 +185,6 @@ impl<'a> Run<'a> {
             cages: vec![],
             cage_room: CageRoom::default(),
         }
-    }
-
-    fn frame(&mut self, stage: &mut Stage) -> Result<(), QueryError> {
-        let clock = Instant::now();
-        let dt = 1.0 / (self.spec.rate * f64::from(self.spec.substeps));
-        let motion = match self.spec.no_margin {
-            true => Motion::NONE,
-            false => Motion::of(&stage.world, 1.0 / self.spec.rate),
-        };
-        self.contacts.clear();
-        self.touching.begin();
-        let Stage { world, surfaces, obstacles, animations, fields, time, .. } = stage;
-        let moments: Vec<[Field; 2]> =
-            animations.iter().map(|shape| [*time, *time + 1.0 / self.spec.rate].map(|time| shape.at(time))).collect();
-        let struck = Struck::all(surfaces, world, &motion, self.query.thickness);
-        for (index, surface) in surfaces.iter().enumerate() {
-            let gain = struck[index].gain();
-            let query = Query { elements: elements(&self.query, self.only_vertices, surface), ..self.query };
-            let obstacles = if self.hulls.is_empty() { &*obstacles } else { &self.hulls };
-            let changing = surfaces.len() + obstacles.len();
-            for (number, obstacle) in obstacles.iter().enumerate() {
-                let sides = &mut self.sides[index];
-                let memory = self.memories.entry((index, number)).or_default();
-                // A body has an inside, and leaves whole.
-                let is_sheet = matches!(surface.carrier, Carrier::Particles { .. }) && !surface.faces.is_empty();
-                let choose_side = self.spec.choose_side && is_sheet;
-                if choose_side {
-                    // A patch is led by where it touches now: points from before hold it back.
-                    *memory = Memory::default();
-                }
-                let (motion, first) = (motion.toward(gain), self.contacts.contacts.len());
-                query.find_guided(obstacle, surface, world, &motion, memory, &mut self.contacts, |found| {
-                    if choose_side && !self.only_vertices && self.hulls.is_empty() {
-                        choose_sides(found, surface, &surface.points(world), self.spec.thickness, sides);
-                    }
-                })?;
-                self.touching.add(index, surfaces.len() + number, &self.contacts.contacts[first..]);
-            }
-            for (number, (shape, [now, later])) in (changing..).zip(animations.iter().zip(&moments)) {
-                let obstacle = Moving { now, later, time: 1.0 / self.spec.rate };
-                let motion = motion.toward(shape.max_speed().max(gain));
-                let first = self.contacts.contacts.len();
-                query.find(&obstacle, surface, world, &motion, &mut self.contacts)?;
-                self.touching.add(index, number, &self.contacts.contacts[first..]);
-            }
-            let mine = body_of(surface);
-            for (number, other) in surfaces.iter().enumerate() {
-                let Some(id) = body_of(other).filter(|id| Some(*id) != mine) else { continue };
-                if struck[index].meets(&struck[number]) {
-                    let obstacle = Carried { field: &fields[id as usize], id, body: &world.bodies[id as usize] };
-                    let memory = self.memories.entry((index, obstacles.len() + id as usize)).or_default();
-                    let first = self.contacts.contacts.len();
-                    let motion = motion.toward(struck[number].speed.max(gain));
-                    query.find_again(&obstacle, surface, world, &motion, memory, &mut self.contacts)?;
-                    self.touching.add(index, number, &self.contacts.contacts[first..]);
-                    let field = &fields[id as usize];
-                    self.separations.look([index, number], surfaces, world, field, &mut self.contacts, first);
-                }
-            }
-        }
-        self.separations.replace(surfaces, world, &mut self.contacts);
-        for (cage, rest) in &self.cages {
-            let speed = cage.max_speed(world);
-            let found = cage.with_obstacle(rest, world, &mut self.cage_room, |obstacle| {
-                let skin = surfaces.iter().position(|surface| is_skin(surface, cage)).unwrap_or(surfaces.len());
-                surfaces.iter().enumerate().filter(|(index, _)| *index != skin).try_for_each(|(index, surface)| {
-                    let query = Query { elements: elements(&self.query, self.only_vertices, surface), ..self.query };
-                    let (motion, first) =
-                        (motion.toward(speed.max(struck[index].gain())), self.contacts.contacts.len());
-                    query.find(obstacle, surface, world, &motion, &mut self.contacts)?;
-                    self.touching.add(index, skin, &self.contacts.contacts[first..]);
-                    Ok(())
-                })
-            });
-            found.transpose()?;
-        }
-        let (substeps, threads, thickness) = (self.spec.substeps, self.query.threads, self.query.thickness);
-        if animations.is_empty() && self.hulls.is_empty() {
-            let near = HOLD * thickness;
-            let passing = Passing { world, surfaces, obstacles, fields, thickness, near, substeps, dt, threads };
-            passing.forget(&mut self.contacts)?;
-        }
-        if !fields.is_empty() {
-            self.contacts.sort_by_place();
-        }
-        self.figures.seconds.detect += clock.elapsed().as_secs_f64();
-        let clock = Instant::now();
-        for _ in 0..substeps {
-            world.step(dt, self.contacts.rows());
-        }
-        self.figures.seconds.solve += clock.elapsed().as_secs_f64();
-        Ok(())
     }
 
     /// Does something go farther in a frame than f32 can tell?

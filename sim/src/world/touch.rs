@@ -167,6 +167,8 @@ impl World {
         if friction <= 0.0 || pushed <= 0.0 && held == V3::zeros() {
             return;
         }
+        let touch = self.at_one_point(&touch, rows);
+        let Touch { element, field, .. } = touch;
         let from = self.was_at(&element, rows) - self.was_at(&field, rows) + touch.velocity * dt;
         let slid = self.at(&element, rows) - self.at(&field, rows) - from;
         let across = slid - normal * normal.dot(&slid);
@@ -179,6 +181,23 @@ impl World {
         let allowed = if wanted.norm() > limit { wanted * (limit / wanted.norm()) } else { wanted };
         rows.touches[index].held = allowed;
         self.push_apart(&touch, rows, allowed - held, dt);
+    }
+
+    /// The touch as friction takes it, between two points that are one: what pushes two bodies along a plane at points a thickness apart
+    /// also turns them. An obstacle that is fixed takes any turn.
+    fn at_one_point(&self, touch: &Touch, rows: &Rows) -> Touch {
+        let mut touch = *touch;
+        let between = self.at(&touch.element, rows) - self.at(&touch.field, rows);
+        match (&mut touch.element, &mut touch.field) {
+            (Side::Body { arm: a, .. }, Side::Body { arm: b, .. }) => {
+                *a -= between * 0.5;
+                *b += between * 0.5;
+            }
+            (Side::Body { arm, .. }, Side::Particles { .. }) => *arm -= between,
+            (Side::Particles { .. }, Side::Body { arm, .. }) => *arm += between,
+            _ => {}
+        }
+        touch
     }
 
     /// Parts sides that are too near, by a force as far as they have approached in this step. Returns the push.

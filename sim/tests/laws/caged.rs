@@ -110,3 +110,32 @@ fn the_field_goes_on_beyond_a_body_without_padding() {
         assert!((contact.normal - turn * out).norm() < 0.01, "axis {axis}: {}", contact.normal);
     }
 }
+
+/// A sheet that flies at a soft plate from some heights, so fast that within a frame it gets from beyond the plate's field to beyond the plate:
+/// a frame is searched as often as it takes. Where a substep is too long for that, a warning says so.
+#[test]
+fn a_fast_sheet_does_not_pass_through_a_soft_plate() {
+    let scene = |height: f64, speed: f64, padding: f64| {
+        format!(
+            "title = \"a blow\"\nframes = 8\ngravity = [0.0, 0.0, 0.0]\nthickness = 0.004\nbeyond = {{ below = -0.2 }}\n\
+             [[cloth]]\nmesh.sheet = {{ cells = [2, 2], size = [0.2, 0.2], height = {height:?}, bend = 0.0, floor = 0.0 }}\n\
+             mass = 0.01\nstart = {{ velocity = [0.0, 0.0, -{speed:?}] }}\n\
+             [[soft]]\nmesh.cuboid = {{ half = [0.3, 0.3, 0.05] }}\ncell = 0.05\npadding = {padding:?}\ndensity = 1000.0\n\
+             young = 1e7\npoisson = 0.3\ntouched = \"exact\"\n"
+        )
+    };
+    let run = |text: &str| {
+        let spec = scene::parse(text, "my.toml").unwrap();
+        let mut stage = Stage::build(&spec, Path::new("."), Threads::ONE).unwrap();
+        scene::run(&spec, &mut stage, "auto".parse().unwrap(), Threads::ONE, |_, _| ControlFlow::Continue(())).unwrap()
+    };
+    for (height, speed) in [0.33, 0.4].into_iter().flat_map(|height| [10.0, 15.0, 20.0].map(|speed| (height, speed))) {
+        for padding in [0.0, 0.05] {
+            let figures = run(&scene(height, speed, padding));
+            assert_eq!(figures.beyond, 0, "from {height} at {speed}, padding {padding}");
+            assert!(figures.warnings().is_empty(), "{:?}", figures.warnings());
+        }
+    }
+    let warnings = run(&scene(0.33, 60.0, 0.0)).warnings();
+    assert!(warnings.iter().any(|warning| warning.starts_with("something moves farther in a substep")), "{warnings:?}");
+}

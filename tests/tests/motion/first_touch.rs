@@ -2,11 +2,13 @@
 
 use nalgebra::Vector3;
 use sdf_core::contact::{FirstTouch, MovingElement, Touch};
+use sdf_core::grid::Lattice;
 use sdf_core::moving::{Morphing, MovingSdf, RigidMotion, Travelling};
-use sdf_core::shapes::{HalfSpace, Sphere};
+use sdf_core::placed::Placed;
+use sdf_core::shapes::{Cuboid, HalfSpace, Sphere};
 use sdf_core::{EnclosedSdf, Sdf};
 use sdf_tests::random::Random;
-use sdf_tests::scenes::scenes;
+use sdf_tests::scenes::{sampled, scenes};
 
 use crate::{random_element, random_pose, random_weights};
 
@@ -194,6 +196,50 @@ fn a_field_that_moves_into_an_element_at_rest_touches_when_it_gets_there() {
         MovingElement { path: corners.map(|corner| [corner + Vector3::x() * 3.0, corner - Vector3::x()]), ..resting };
     let Touch::At { time, .. } = search.first_touch(&ball, 0.0, &flying) else { panic!("no touch") };
     assert!((0.625 - 1e-6..=0.625).contains(&time), "{time}");
+}
+
+/// A tangent plane tells at once, where the speed alone would need a step for each gap of the way: beside closed forms and grids, those
+/// that are turned, and those that move while the face rests.
+#[test]
+fn a_face_that_slides_above_a_flat_side_needs_few_evaluations() {
+    let mut random = Random::seeded();
+    let search = FirstTouch { tolerance: 1e-6, evaluations: 24 };
+    let floor = HalfSpace::new([0.0, 0.0, 1.0], 20.0).unwrap();
+    let block = Cuboid::new([40.0, 40.0, 20.0]).unwrap();
+    let lattice = Lattice::new([-8.0, -8.0, 12.0], 4.0, [5; 3]).unwrap();
+    let grid = sampled(&block, lattice, 1.0);
+    for _ in 0..200 {
+        let pose = random_pose(&mut random, 2.0);
+        let gap = 10.0_f64.powf(random.between(-4.0, -1.0));
+        let direction = random.between(0.0, std::f64::consts::TAU);
+        let way = Vector3::new(direction.cos(), direction.sin(), 0.0) * 0.4;
+        let path = [0; 3].map(|_| {
+            let start = Vector3::new(random.between(-0.3, 0.3), random.between(-0.3, 0.3), 20.0 + gap);
+            [start, start + way]
+        });
+        let face = MovingElement { id: 0, vertices: [0, 1, 2], path };
+        let moved = MovingElement { path: path.map(|corner| corner.map(|point| pose.push(point))), ..face };
+        let resting = MovingElement { path: moved.path.map(|[start, _]| [start; 2]), ..face };
+        let velocity = pose.push(Vector3::zeros()) - pose.push(way);
+        let motion = RigidMotion::new(pose, velocity.into(), [0.0; 3]).unwrap();
+        macro_rules! check {
+            ($field:expr, $level:expr) => {
+                let touches = [
+                    search.first_touch(&$field, $level, &face),
+                    search.first_touch(&Placed { field: &$field, placement: pose }, $level, &moved),
+                    search.first_touch(&Travelling { field: &$field, motion }, $level, &resting),
+                ];
+                assert_eq!(touches, [Touch::Never; 3], "gap {gap}");
+            };
+        }
+        check!(floor, 0.0);
+        check!(block, 0.0);
+        check!(grid, 0.0);
+        // Down on the plane, it touches just before.
+        let fallen = MovingElement { path: path.map(|[start, end]| [start, end - Vector3::z() * 2.0 * gap]), ..face };
+        let Touch::At { time, .. } = search.first_touch(&floor, 0.0, &fallen) else { panic!("no touch, gap {gap}") };
+        assert!((0.5 - 1e-6 / gap..=0.5 + 1e-12 / gap).contains(&time), "{time}, gap {gap}");
+    }
 }
 
 #[test]
