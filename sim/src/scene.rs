@@ -36,7 +36,7 @@ pub use animation::Animation;
 pub use build::{Obstacles, Stage};
 pub use figures::{Figures, Seconds};
 pub use mesh_spec::MeshSpec;
-pub use run::{ElementMethod, UnknownMethod, run};
+pub use run::{ElementMethod, RunError, UnknownMethod, run};
 pub use spec::{Beyond, CageMapSpec, ClothSpec, ObstacleSpec, Reach, RigidSpec, SceneSpec, SoftSpec, Vary};
 pub use vary::{Outcome, run_all, variants};
 
