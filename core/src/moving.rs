@@ -20,6 +20,7 @@ pub use animated::Animated;
 pub use morphing::{Blend, Morphing};
 pub use travelling::{RigidMotion, Travelling};
 
+use crate::enclosure::PartVisitor;
 use crate::number::Float;
 use crate::vector::norm;
 use crate::{Aabb, EnclosedSdf, Sdf};
@@ -67,26 +68,10 @@ pub trait MovingSdf {
     /// of its way says, less how fast the field falls; `from` if it says nothing. `path` as in [`approach_bound`](Self::approach_bound).
     fn free_until(&self, path: &[[Vector3<f64>; 2]], from: f64, until: f64, level: f64) -> f64 {
         let region = swept_bounds(path, from, until);
-        let now = self.at(from);
-        let error = now.linearization_error(&region);
-        if !error.is_finite() {
-            return from;
-        }
-        let center = Vector3::from(region.center());
-        let plane = now.evaluate(center);
         let fall = self.fall_bound(&region, from, until);
-        let mut free = until;
-        for corner in path {
-            let above = plane.value + plane.gradient.dot(&(position(corner, from) - center)) - error - level;
-            let rise = plane.gradient.dot(&(corner[1] - corner[0])) - fall;
-            if !(above > 0.0 && rise.is_finite()) {
-                return from;
-            }
-            if rise < 0.0 {
-                free = free.min(from - above / rise * (1.0 - 8.0 * f64::EPSILON));
-            }
-        }
-        free
+        let mut way = FreeWay { path, region, from, level, fall, free: until };
+        self.at(from).visit_parts(&mut way);
+        way.free
     }
 
     /// The velocity of the surface through a point: along the normal v_n ∇φ/|∇φ| = −(∂φ/∂t) ∇φ/|∇φ|², and where a motion is known
@@ -120,6 +105,53 @@ impl<F: EnclosedSdf> MovingSdf for F {
     }
     fn surface_velocity<R: Float>(&self, _point: Vector3<R>, _time: f64) -> Vector3<R> {
         Vector3::zeros()
+    }
+}
+
+/// The way of an element past the parts of a field.
+struct FreeWay<'a> {
+    path: &'a [[Vector3<f64>; 2]],
+    /// The box around the way.
+    region: Aabb,
+    from: f64,
+    level: f64,
+    /// How fast the field falls.
+    fall: f64,
+    /// All parts that were visited are above the level until then.
+    free: f64,
+}
+
+impl PartVisitor for FreeWay<'_> {
+    fn visit<F: EnclosedSdf>(&mut self, part: &F) {
+        if self.free > self.from {
+            self.free = self.free_of(part).unwrap_or(self.from);
+        }
+    }
+}
+
+impl FreeWay<'_> {
+    /// The time until which a part is above the level, at most that of the parts before; `None` if nothing says so.
+    fn free_of<F: EnclosedSdf>(&self, part: &F) -> Option<f64> {
+        let error = part.linearization_error(&self.region);
+        let center = Vector3::from(self.region.center());
+        let mut free = self.free;
+        if !error.is_finite() {
+            // A part that is far off needs no plane.
+            let reach = product(part.slope_bound(), 0.5 * self.region.diagonal()) + self.fall * (free - self.from);
+            return (part.value(center) - reach > self.level).then_some(free);
+        }
+        let plane = part.evaluate(center);
+        for corner in self.path {
+            let above = plane.value + plane.gradient.dot(&(position(corner, self.from) - center)) - error - self.level;
+            let rise = plane.gradient.dot(&(corner[1] - corner[0])) - self.fall;
+            if !(above > 0.0 && rise.is_finite()) {
+                return None;
+            }
+            if rise < 0.0 {
+                free = free.min(self.from - above / rise * (1.0 - 8.0 * f64::EPSILON));
+            }
+        }
+        Some(free)
     }
 }
 

@@ -123,9 +123,12 @@ def test_ctrl_c_ends_a_search_for_first_touches(threads):
 
 
 def test_ctrl_c_ends_a_search_for_first_touches_of_vertices():
-    # They pass beside the ground, nearer than a step.
-    setup = "points = np.tile([0.0, 0.0, 2e-5], (20_000, 1))"
-    call = "sdftool.half_space().first_touches(points, [], end=points + [1, 0, 0], elements='vertices', tolerance=1e-6)"
+    # They pass beside the ground, nearer than a step: beside a smooth union no tangent plane tells.
+    setup = (
+        "points = np.tile([0.0, 0.0, 2e-5], (20_000, 1)); "
+        "ground = sdftool.half_space().smooth_union(sdftool.sphere(0.1).moved([0, 0, 9]), 0.1)"
+    )
+    call = "ground.first_touches(points, [], end=points + [1, 0, 0], elements='vertices', tolerance=1e-6)"
     assert_ctrl_c_ends(setup, call)
 
 
