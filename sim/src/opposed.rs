@@ -22,16 +22,17 @@ const LEAST: f64 = 0.5;
 const ROUNDS: usize = 30;
 
 /// Turns contacts of a closed surface against its sides, and drops those that no side is opposite to, the deepest into `buried`. `at` tells
-/// where a vertex is.
+/// where a vertex is; contacts of which `is_struck` says so stay as they are.
 pub(crate) fn oppose(
     contacts: &mut Vec<Contact<f64>>,
     surface: &Surface,
     at: impl Fn(u32) -> V3,
+    is_struck: impl Fn(&Contact<f64>) -> bool,
     buried: &mut Option<Contact<f64>>,
 ) {
     contacts.retain_mut(|contact| {
         // Without a normal it makes no row, and is counted where rows are made.
-        if contact.normal == V3::zeros() {
+        if contact.normal == V3::zeros() || is_struck(contact) {
             return true;
         }
         let Some(normal) = opposed(contact, &contact.normal, surface, &at) else {

@@ -223,7 +223,14 @@ impl Query {
                 Carrier::Body { id, points } => world.bodies[*id as usize].rotation * V3::from(points[vertex as usize]),
                 _ => points[vertex as usize].into(),
             };
-            oppose(&mut found, surface, at, &mut contacts.buried);
+            // A blow folds the faces of a soft body: where they look then tells nothing.
+            let speeds = if is_rigid { vec![] } else { surface.speeds(world) };
+            let fall = 0.5 * world.gravity.norm() * motion.time * motion.time;
+            let is_struck = |contact: &Contact<f64>| {
+                let ways = contact.vertices.iter().filter_map(|vertex| speeds.get(*vertex as usize));
+                ways.fold(0.0, |way: f64, speed| way.max(motion.reach(*speed) - fall)) > self.thickness
+            };
+            oppose(&mut found, surface, at, is_struck, &mut contacts.buried);
         }
         guide(&mut found);
         if let (Some(count), Carrier::Body { id, .. }) = (self.reduce, &surface.carrier) {

@@ -36,6 +36,10 @@ const ON_SIDE: f64 = 1e-9;
 /// Without faces the cubes themselves are the body.
 ///
 /// A contact moves the cubes of a face's corners alone: [`split_edges`] a mesh whose faces are larger than cubes before.
+///
+/// # Panics
+///
+/// If the side is not a positive length.
 pub fn add(
     world: &mut World,
     points: &[[f64; 3]],
@@ -45,6 +49,7 @@ pub fn add(
     matter: &Matter,
     is_wanted: impl Fn(V3) -> bool,
 ) -> Surface {
+    assert!(side > 0.0 && side.is_finite(), "cubes need a positive side, not {side}");
     let layers: Vec<_> = points.iter().map(|point| point.map(|x| layers_at(x / side))).collect();
     let (inside, between): (Vec<&[[i32; 2]; 3]>, Vec<_>) =
         layers.iter().partition(|layers| layers.iter().all(|[a, b]| a == b));
