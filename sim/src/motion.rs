@@ -16,7 +16,13 @@ pub struct Motion {
 impl Motion {
     /// Motion of everything in the world for a time.
     pub fn of(world: &World, time: f64) -> Self {
-        Self { time, fall: 0.5 * world.gravity.norm() * time * time, max: f64::INFINITY }
+        let still = Self { time, fall: 0.0, max: f64::INFINITY };
+        Self { fall: still.fall_from_rest(world), ..still }
+    }
+
+    /// How far things fall from rest until the next search, ½ g t².
+    pub(crate) fn fall_from_rest(&self, world: &World) -> f64 {
+        0.5 * world.gravity.norm() * self.time * self.time
     }
 
     /// Nothing moves: contacts are found where things touch already.

@@ -8,7 +8,8 @@
 //! −n′ = the point of { Σ λ m, λ ≥ 0 } that is nearest to −n,    m: the face's, or those of all faces around the edge or vertex
 //! ```
 //!
-//! and where that is farther than 60° from n, the surface comes no nearer there, and the contact makes no row.
+//! and where that is farther than 60° from n, the surface comes no nearer there, and the contact makes no row. Where a blow folds a soft body,
+//! its sides tell nothing, and contacts stay as they are.
 
 use sdf_core::contact::{Contact, Feature};
 

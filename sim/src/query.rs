@@ -225,7 +225,7 @@ impl Query {
             };
             // A blow folds the faces of a soft body: where they look then tells nothing.
             let speeds = if is_rigid { vec![] } else { surface.speeds(world) };
-            let fall = 0.5 * world.gravity.norm() * motion.time * motion.time;
+            let fall = motion.fall_from_rest(world);
             let is_struck = |contact: &Contact<f64>| {
                 let ways = contact.vertices.iter().filter_map(|vertex| speeds.get(*vertex as usize));
                 ways.fold(0.0, |way: f64, speed| way.max(motion.reach(*speed) - fall)) > self.thickness
@@ -272,7 +272,7 @@ impl Query {
         let Pair { surface, frame, slope_bound, .. } = pair;
         let reaches: Vec<f64> = surface.speeds(world).iter().map(|speed| motion.reach(*speed)).collect();
         // Ways beside what falls from rest in the frame. What touches already, and rocks, keeps what is known of it.
-        let fall = 0.5 * world.gravity.norm() * motion.time * motion.time;
+        let fall = motion.fall_from_rest(world);
         let is_struck = |contact: &Contact<f64>| {
             let way = reaches[contact.vertices[0] as usize] - fall;
             let is_away = contact.distance > (1.0 + STRUCK) * self.thickness;

@@ -298,8 +298,8 @@ fn lowest(mesh: &TriangleMesh, triangles: &[usize]) -> Option<usize> {
         points.sort_unstable_by(compare);
         points
     };
-    let compare = |a: &usize, b: &usize| corners(*a).partial_cmp(&corners(*b)).unwrap_or(Ordering::Equal);
-    triangles.iter().copied().min_by(compare)
+    let all = triangles.iter().map(|triangle| (corners(*triangle), *triangle));
+    all.min_by(|(a, _), (b, _)| a.partial_cmp(b).unwrap_or(Ordering::Equal)).map(|(_, triangle)| triangle)
 }
 
 /// Orients all triangles connected to `first`. A minority is turned: the triangles that are connected by edges that agree as they are wound

@@ -209,10 +209,16 @@ const wrong = [
   [() => sdf.bake(tetrahedron, { source: 5 }), /^Error: source: .*an object with name and sha256$/],
   [() => sdf.mesh(new Uint8Array(8)), /^TypeError: name: give the name of the file/],
   [() => sdf.open(new Uint8Array(8), 5), /^TypeError: name: give the name of the file/],
+  [() => body.page(), /^TypeError: name: give the name of the file/],
+  [() => body.page(5), /^TypeError: name: give the name of the file/],
 ];
 for (const [call, message] of wrong) assert.throws(call, message, String(call));
 // Null stands for no options.
 assert.deepEqual([body.contacts(tetrahedron, null).point, body.page("page", tetrahedron, null).html], [body.contacts(tetrahedron).point, body.page("page", tetrahedron).html]);
+// And for the default of one of them.
+const nothing = Object.fromEntries(["margin", "allMinima", "complete", "exact", "onePerFeature", "lean", "method"].map(name => [name, null]));
+assert.deepEqual(body.contacts(tetrahedron, nothing).point, body.contacts(tetrahedron).point);
+assert.equal(sdf.bake({ ...tetrahedron, source: null }, { keepMesh: null }).info.errorBound, sdf.bake(tetrahedron).info.errorBound);
 assert.equal(sdf.bake(tetrahedron, null).info.errorBound, sdf.bake(tetrahedron, { progress: null }).info.errorBound);
 // Other types whose numbers stay the same are taken.
 assert.deepEqual(body.sample([...points]).distance, before);

@@ -133,7 +133,7 @@ fn view_refuses_the_margins_that_contacts_refuses() {
     }
 }
 
-/// A hundred voxels of 1/50 are told apart to a hundredth of one up to about 4,000 from the origin, by f32.
+/// Voxels are 1/50 wide: beyond 3,400 from the origin f32 rounds coordinates by more than a hundredth of that.
 #[test]
 fn tables_that_firmware_cannot_count_in_have_a_warning() {
     let folder = Folder::new();

@@ -68,9 +68,6 @@ pub(crate) fn map_points<T>(
 ) -> Vec<T> {
     let all = Posed { field: all_of(field), pose: None };
     let (magnitude, mut mapped) = (all.magnitude(), Vec::with_capacity(points.len()));
-    let of_points = |field: &Posed<NearField>, points: &[[f64; 3]], mapped: &mut Vec<T>| {
-        mapped.extend(points.iter().map(|point| map(&field.field, Vector3::from(*point))));
-    };
     let [few, many] = POINTS;
     for run in points.chunks(many) {
         let near = parts_near(&all, || Ball::around_points(run, magnitude));
@@ -79,7 +76,8 @@ pub(crate) fn map_points<T>(
         for piece in run.chunks(few) {
             let nearer = if is_worth { parts_near(near, || Ball::around_points(piece, magnitude)) } else { None };
             is_worth = nearer.as_ref().is_some_and(|nearer| 2 * nearer.field.part_count() < near.field.part_count());
-            of_points(nearer.as_ref().unwrap_or(near), piece, &mut mapped);
+            let parts = &nearer.as_ref().unwrap_or(near).field;
+            mapped.extend(piece.iter().map(|point| map(parts, Vector3::from(*point))));
         }
     }
     mapped

@@ -4,17 +4,24 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use sdf_field::Threads;
-use sdf_sim::Body;
 use sdf_sim::scene::{self, Stage};
+use sdf_sim::{Body, World};
 
 use crate::V3;
 
+/// The worlds of a scene before and after its frames.
+fn worlds(text: &str) -> [World; 2] {
+    let spec = scene::parse(&format!("title = \"a blow\"\n{text}"), "my.toml").unwrap();
+    let mut stage = Stage::build(&spec, Path::new("."), Threads::ONE).unwrap();
+    let before = stage.world.clone();
+    scene::run(&spec, &mut stage, "auto".parse().unwrap(), Threads::ONE, |_, _| ControlFlow::Continue(())).unwrap();
+    [before, stage.world]
+}
+
 /// The bodies of a scene after its frames.
 fn bodies_after(text: &str) -> Vec<Body> {
-    let spec = scene::parse(&format!("title = \"a blow\"\nthickness = 0.001\n{text}"), "my.toml").unwrap();
-    let mut stage = Stage::build(&spec, Path::new("."), Threads::ONE).unwrap();
-    scene::run(&spec, &mut stage, "auto".parse().unwrap(), Threads::ONE, |_, _| ControlFlow::Continue(())).unwrap();
-    stage.world.bodies
+    let [_, after] = worlds(&format!("thickness = 0.001\n{text}"));
+    after.bodies
 }
 
 const CUBE: &str = "[[rigid]]\nmesh.cuboid = { half = [0.1, 0.1, 0.1] }\ncells = 16\n";
@@ -84,14 +91,13 @@ fn a_cube_that_falls_flat_stays_where_it_lands() {
 fn a_blow_keeps_the_angular_momentum_of_two_bodies() {
     for (thickness, friction) in [(0.004, 0.3), (0.004, 1.0), (0.02, 0.3), (0.02, 1.0)] {
         let text = format!(
-            "title = \"a blow\"\ngravity = [0.0, 0.0, 0.0]\nrate = 480.0\nframes = 240\nthickness = {thickness:?}\nfriction = {friction:?}\n\
+            "gravity = [0.0, 0.0, 0.0]\nrate = 480.0\nframes = 240\nthickness = {thickness:?}\nfriction = {friction:?}\n\
              [[rigid]]\nmesh.cuboid = {{ half = [0.1, 0.2, 0.3] }}\n\
              start = {{ translate = [0.0, 0.0, 0.4], turn = [10.0, 20.0, 30.0] }}\n\
              [[rigid]]\nmesh.cuboid = {{ half = [0.15, 0.15, 0.15] }}\n\
              start = {{ translate = [0.0, 0.02, 1.1], turn = [10.0, 20.0, 30.0], velocity = [0.0, 0.0, -2.0], spin = [1.0, 2.0, 0.0] }}\n"
         );
-        let spec = scene::parse(&text, "my.toml").unwrap();
-        let mut stage = Stage::build(&spec, Path::new("."), Threads::ONE).unwrap();
+        let [before, after] = worlds(&text);
         // About the common center, which moves at a constant velocity.
         let momentum = |bodies: &[Body]| {
             let masses = || bodies.iter().map(|body| (body, 1.0 / body.inv_mass));
@@ -103,11 +109,9 @@ fn a_blow_keeps_the_angular_momentum_of_two_bodies() {
             };
             masses().map(of_one).sum::<V3>()
         };
-        let before = momentum(&stage.world.bodies);
-        let speed = stage.world.bodies[1].velocity.z;
-        scene::run(&spec, &mut stage, "auto".parse().unwrap(), Threads::ONE, |_, _| ControlFlow::Continue(())).unwrap();
-        assert!((stage.world.bodies[1].velocity.z - speed).abs() > 0.5, "they did not strike");
-        let change = (momentum(&stage.world.bodies) - before).norm() / before.norm();
+        assert!((after.bodies[1].velocity.z - before.bodies[1].velocity.z).abs() > 0.5, "they did not strike");
+        let [before, after] = [before, after].map(|world| momentum(&world.bodies));
+        let change = (after - before).norm() / before.norm();
         println!("thickness {thickness}, friction {friction}: {change}");
         assert!(change < 0.015, "{change}");
     }
@@ -118,16 +122,14 @@ fn a_blow_keeps_the_angular_momentum_of_two_bodies() {
 fn a_soft_cube_does_not_pass_through_a_rigid_plate() {
     for (cube, plate) in [(-50.0, 0.0), (0.0, 50.0), (-25.0, 25.0)] {
         let text = format!(
-            "title = \"a blow\"\nframes = 12\ngravity = [0.0, 0.0, 0.0]\nthickness = 0.004\n\
+            "frames = 12\ngravity = [0.0, 0.0, 0.0]\nthickness = 0.004\n\
              [[soft]]\nmesh.cuboid = {{ half = [0.2, 0.2, 0.2] }}\ncell = 0.1\ndensity = 100.0\nyoung = 1e6\npoisson = 0.3\n\
              start = {{ translate = [0.03, 0.02, 0.6], turn = [40.0, 25.0, 0.0], velocity = [0.0, 0.0, {cube:?}] }}\n\
              [[rigid]]\nmesh.cuboid = {{ half = [3.0, 3.0, 0.01] }}\nmass = 1e6\nstart = {{ velocity = [0.0, 0.0, {plate:?}] }}\n"
         );
-        let spec = scene::parse(&text, "my.toml").unwrap();
-        let mut stage = Stage::build(&spec, Path::new("."), Threads::ONE).unwrap();
-        scene::run(&spec, &mut stage, "auto".parse().unwrap(), Threads::ONE, |_, _| ControlFlow::Continue(())).unwrap();
-        let plate_at = stage.world.bodies[0].position.z;
-        let below = stage.world.x.iter().filter(|x| x.z < plate_at).count();
-        assert_eq!(below, 0, "of {} particles, speeds {cube} and {plate}", stage.world.x.len());
+        let [_, after] = worlds(&text);
+        let plate_at = after.bodies[0].position.z;
+        let below = after.x.iter().filter(|x| x.z < plate_at).count();
+        assert_eq!(below, 0, "of {} particles, speeds {cube} and {plate}", after.x.len());
     }
 }
